@@ -1,0 +1,61 @@
+"""The only place that starts Taichi, and what it says of the device it got."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import taichi as ti
+
+from taichi_tryon.errors import InputError
+
+
+@dataclass(frozen=True)
+class Device:
+    """What the run computes on, as the report states it."""
+
+    arch: str
+    precision: str
+    threads: int
+
+
+def default_cache() -> Path:
+    """Folder of the compiled kernels, so that a second start is a warm one."""
+    base = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    return base / "taichi_tryon" / "kernels"
+
+
+def start(
+    arch: str | None = None,
+    precision: str = "f64",
+    threads: int | None = None,
+    cache: Path | None = None,
+    offline_cache: bool = True,
+) -> Device:
+    """Start (or restart) Taichi on ``arch`` ("cpu", "cuda", or None: cuda if it starts, else cpu).
+
+    All Taichi fields made before are gone afterwards. Raises InputError where CUDA is asked for and does not start:
+    Taichi itself would fall back without an error.
+    """
+    threads = threads or len(os.sched_getaffinity(0))
+    options = dict(
+        default_fp=ti.f64 if precision == "f64" else ti.f32,
+        cpu_max_num_threads=threads,
+        random_seed=0,
+        fast_math=False,
+        log_level=ti.WARN,
+        offline_cache=offline_cache,
+        offline_cache_file_path=str(cache or default_cache()),
+    )
+    wanted = ti.cuda if arch == "cuda" or (arch is None and _cuda_starts()) else ti.cpu
+    ti.init(arch=wanted, **options)
+    got = "cuda" if ti.cfg.arch == ti.cuda else "cpu"
+    if arch == "cuda" and got != "cuda":
+        raise InputError("--arch cuda: no CUDA device starts on this machine; leave --arch out or use --arch cpu")
+    return Device(arch=got, precision=precision, threads=threads)
+
+
+def _cuda_starts() -> bool:
+    """Whether CUDA is there, asked without ti.gpu, which would silently take Vulkan on a software driver."""
+    return bool(ti._lib.core.with_cuda())
