@@ -1,0 +1,316 @@
+"""The body in Taichi: density, gradient, Hessian, gap and motion at any point, for the price of the few balls near.
+
+Same definitions as ``density.py``. The posed balls are listed by the cells of a regular grid; a query looks at the
+balls of its cell only. A ball is stored once, with its groups as bits, though it may add to several sums.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import taichi as ti
+from taichi.lang.util import to_numpy_type
+
+from taichi_tryon.body.density import FAR, LONGEST_STEP, SLIDE, SLIDE_BAND
+from taichi_tryon.body.model import Body
+
+CELL_SIZE = 0.08
+"""Least edge of a cell [m]; larger where the body would need more cells than MAX_CELLS."""
+MAX_CELLS = 8192
+NEWTON_BAND = 0.02
+"""Outside the skin by more than this, to first order [m], the first-order gap is good enough: it only culls."""
+NEWTON_STEPS = 5
+TOLERANCE = 1e-6
+"""A Newton step shorter than this [m] is the last."""
+POLAR_STEPS = 12
+
+
+@ti.data_oriented
+class BodyField:
+    """Taichi fields of one body. Make it once after Taichi has started, then ``set_pose`` as often as the body moves.
+
+    ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
+    ``margin``: a density with compact support knows no distance there.
+    """
+
+    def __init__(self, body: Body, margin: float = 0.0):
+        balls = body.balls
+        self.body = body
+        self.far = max(FAR, margin)
+        self.groups = balls.membership.shape[1]
+        self.count = len(balls.weights)
+        bones = len(body.skeleton.names)
+
+        self.rest_center = ti.Vector.field(3, float, self.count)
+        self.rest_axes = ti.Matrix.field(3, 3, float, self.count)
+        self.radius = ti.Vector.field(3, float, self.count)
+        self.inverse_square = ti.Vector.field(3, float, self.count)  # 1 / radius^2, 0 for an infinite radius
+        self.bone = ti.Vector.field(2, ti.i32, self.count)
+        self.bone_weight = ti.Vector.field(2, float, self.count)
+        self.weight = ti.field(float, self.count)
+        self.member = ti.field(ti.i32, self.count)  # bit g: the ball adds to group g
+        self.bounded = ti.field(ti.i32, self.count)
+
+        self.bone_now = ti.Matrix.field(3, 4, float, bones)  # rest -> now
+        self.bone_shift = ti.Matrix.field(3, 4, float, bones)  # point of now -> its displacement over the last step
+
+        self.center = ti.Vector.field(3, float, self.count)
+        self.axes = ti.Matrix.field(3, 3, float, self.count)
+        self.quadratic = ti.Matrix.field(3, 3, float, self.count)  # Q of s = (x - c)^T Q (x - c)
+        self.shift = ti.Matrix.field(3, 4, float, self.count)  # bones' shifts, blended by the ball's shares
+
+        self.cell_size = ti.field(float, ())
+        self.grid_origin = ti.Vector.field(3, float, ())
+        self.grid_shape = ti.Vector.field(3, ti.i32, ())
+        # One list more than cells: the infinite balls, for points off the grid. A list has room for every ball.
+        self.cell_count = ti.field(ti.i32, MAX_CELLS + 1)
+        self.cell_ball = ti.field(ti.i32, (MAX_CELLS + 1, self.count))
+
+        _upload(self.rest_center, balls.centers)
+        _upload(self.rest_axes, balls.axes)
+        _upload(self.radius, np.where(np.isinf(balls.radii), 0.0, balls.radii))
+        _upload(self.inverse_square, balls.radii**-2.0)
+        _upload(self.bone, balls.bones.astype(np.int32))
+        _upload(self.bone_weight, balls.bone_weights)
+        _upload(self.weight, balls.weights)
+        _upload(self.member, (balls.membership << np.arange(self.groups)).sum(axis=1).astype(np.int32))
+        _upload(self.bounded, np.isfinite(balls.radii).all(axis=1).astype(np.int32))
+        self._now: np.ndarray | None = None
+        self._shifts: np.ndarray | None = None
+
+    def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
+        """Put the bones at ``transforms`` (b, 4, 4); a step ago they stood at ``previous_transforms`` (None: the same).
+
+        Costs next to nothing where neither has changed since the last call.
+        """
+        transforms = np.array(transforms, float)
+        shifts = np.zeros((len(transforms), 3, 4))
+        if previous_transforms is not None and not np.array_equal(previous_transforms, transforms):
+            shifts = (np.eye(4) - previous_transforms @ np.linalg.inv(transforms))[:, :3]
+        moved = self._now is None or not np.array_equal(self._now, transforms)
+        if moved:
+            _upload(self.bone_now, transforms[:, :3])
+            self._place_grid(transforms)
+        if moved or not np.array_equal(self._shifts, shifts):
+            _upload(self.bone_shift, shifts)
+            self._pose_balls()
+        if moved:
+            self._fill_cells()
+        self._now, self._shifts = transforms, shifts
+
+    def _place_grid(self, transforms: np.ndarray) -> None:
+        """A grid around all bounded balls; where cells of CELL_SIZE would be too many, larger ones."""
+        balls = self.body.posed(transforms)
+        bounded = np.isfinite(balls.radii).all(axis=1)
+        low, high = np.zeros(3), np.full(3, CELL_SIZE)
+        if bounded.any():
+            centers, extents = balls.centers[bounded], balls.extents[bounded]
+            low, high = (centers - extents).min(axis=0), (centers + extents).max(axis=0)
+        size = CELL_SIZE
+        while np.prod(np.floor((high - low) / size) + 1) > MAX_CELLS:
+            size *= 1.1
+        self.cell_size[None] = size
+        self.grid_origin[None] = low
+        self.grid_shape[None] = (np.floor((high - low) / size) + 1).astype(np.int32)
+
+    @ti.kernel
+    def _pose_balls(self):
+        for k in range(self.count):
+            blend = ti.Matrix.zero(float, 3, 4)
+            shift = ti.Matrix.zero(float, 3, 4)
+            for slot in ti.static(range(2)):
+                blend += self.bone_weight[k][slot] * self.bone_now[self.bone[k][slot]]
+                shift += self.bone_weight[k][slot] * self.bone_shift[self.bone[k][slot]]
+            turn = blend[:, :3]
+            self.center[k] = turn @ self.rest_center[k] + ti.Vector([blend[i, 3] for i in ti.static(range(3))])
+            # Newton's iteration for the orthogonal polar factor: the nearest rotation (Higham 1986).
+            for _ in range(POLAR_STEPS):
+                turn = 0.5 * (turn + turn.inverse().transpose())
+            axes = turn @ self.rest_axes[k]
+            scale = self.inverse_square[k]
+            scaled = ti.Matrix([[axes[i, j] * scale[j] for j in ti.static(range(3))] for i in ti.static(range(3))])
+            self.axes[k] = axes
+            self.quadratic[k] = scaled @ axes.transpose()
+            self.shift[k] = shift
+
+    @ti.kernel
+    def _fill_cells(self):
+        """Each cell gathers its balls in their order, so that sums come out the same bits in every run."""
+        shape = self.grid_shape[None]
+        cells = shape[0] * shape[1] * shape[2]
+        size = self.cell_size[None]
+        for c in range(cells + 1):
+            cell = c if c < cells else MAX_CELLS
+            index = ti.Vector([c // (shape[1] * shape[2]), c // shape[2] % shape[1], c % shape[2]])
+            middle = self.grid_origin[None] + (index + 0.5) * size
+            found = 0
+            for k in range(self.count):
+                reaches = self.bounded[k] == 0
+                if c < cells and self.bounded[k] == 1:
+                    reaches = self._ball_meets_box(k, middle, 0.5 * size)
+                if reaches:
+                    self.cell_ball[cell, found] = k
+                    found += 1
+            self.cell_count[cell] = found
+
+    @ti.func
+    def _ball_meets_box(self, k, middle, half):
+        """Whether ball k may reach a cube; never False where it does. Tries the world's and the ball's own axes."""
+        offset = middle - self.center[k]
+        axes = self.axes[k]
+        meets = True
+        for i in ti.static(range(3)):
+            extent = ti.Vector([axes[i, j] * self.radius[k][j] for j in ti.static(range(3))]).norm()
+            own = axes[0, i] * offset[0] + axes[1, i] * offset[1] + axes[2, i] * offset[2]
+            own_half = half * (abs(axes[0, i]) + abs(axes[1, i]) + abs(axes[2, i]))
+            if abs(offset[i]) > extent + half * 1.0001 or abs(own) > self.radius[k][i] + own_half * 1.0001:
+                meets = False
+        return meets
+
+    @ti.func
+    def _cell(self, x):
+        index = ti.floor((x - self.grid_origin[None]) / self.cell_size[None], ti.i32)
+        shape = self.grid_shape[None]
+        cell = MAX_CELLS
+        if (index >= 0).all() and (index < shape).all():
+            cell = (index[0] * shape[1] + index[1]) * shape[2] + index[2]
+        return cell
+
+    @ti.func
+    def _sums(self, x, cell):
+        """The groups' sums of densities (eq. 1)."""
+        sums = ti.Vector.zero(float, self.groups)
+        for e in range(self.cell_count[cell]):
+            k = self.cell_ball[cell, e]
+            r = x - self.center[k]
+            rest = 1 - r.dot(self.quadratic[k] @ r)
+            if rest > 0:
+                f = self.weight[k] * rest * rest * rest
+                for g in ti.static(range(self.groups)):
+                    if self.member[k] >> g & 1:
+                        sums[g] += f
+        return sums
+
+    @ti.func
+    def density(self, x):
+        """W (eq. 2)."""
+        return self._sums(x, self._cell(x)).max()
+
+    @ti.func
+    def query(self, x):
+        """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
+        cell = self._cell(x)
+        sums = self._sums(x, cell)
+        winner = 0
+        value = sums[0]
+        for g in ti.static(range(1, self.groups)):
+            if sums[g] > value:
+                value = sums[g]
+                winner = g
+        gradient = ti.Vector.zero(float, 3)
+        if value > 0:
+            for e in range(self.cell_count[cell]):
+                k = self.cell_ball[cell, e]
+                if self.member[k] >> winner & 1:
+                    r = x - self.center[k]
+                    inward = self.quadratic[k] @ r
+                    rest = 1 - r.dot(inward)
+                    if rest > 0:
+                        gradient -= 6 * self.weight[k] * rest * rest * inward
+        return value, gradient, winner
+
+    @ti.func
+    def hessian(self, x, winner):
+        """Hessian [1/m^2] of a group's sum."""
+        cell = self._cell(x)
+        result = ti.Matrix.zero(float, 3, 3)
+        for e in range(self.cell_count[cell]):
+            k = self.cell_ball[cell, e]
+            if self.member[k] >> winner & 1:
+                r = x - self.center[k]
+                inward = self.quadratic[k] @ r
+                rest = 1 - r.dot(inward)
+                if rest > 0:
+                    result += self.weight[k] * rest * (
+                        24 * inward.outer_product(inward) - 6 * rest * self.quadratic[k]
+                    )
+        return result
+
+    @ti.func
+    def _depth(self, x):
+        """First-order depth [m] below the skin, outward unit normal, winner, steepness (0 where no ball reaches).
+
+        Taken from W^(1/3), which is quadratic along the radius of a ball where W has a flat tail: outside it does not
+        overrate the distance, and Newton steps do not overshoot.
+        """
+        value, slope, winner = self.query(x)
+        steepness = slope.norm()
+        depth = -ti.cast(self.far, float)
+        normal = ti.Vector.zero(float, 3)
+        if steepness > 1e-9:
+            root = value ** (1.0 / 3.0)
+            depth = ti.max(3 * root * root * (root - 1) / steepness, depth)
+            normal = -slope / steepness
+        return depth, normal, winner, steepness
+
+    @ti.func
+    def gap(self, x):
+        """Signed distance [m] from the skin, positive outside; outward unit normal and winner at the nearest skin.
+
+        As ``gap_within`` for NEWTON_BAND.
+        """
+        return self.gap_within(x, NEWTON_BAND)
+
+    @ti.func
+    def gap_within(self, x, band):
+        """The same, exact only inside and up to ``band`` [m] outside; cheaper the narrower the band.
+
+        Newton steps onto W = 1 along the gradient, each with the shift along the tangent plane that brings the foot of
+        the perpendicular under x. Further out: to first order. Where no ball reaches: ``far`` and a zero normal.
+        """
+        depth, normal, winner, steepness = self._depth(x)
+        gap = -depth
+        if steepness > 1e-9 and gap < band:
+            y = x
+            for _ in range(NEWTON_STEPS):
+                offset = x - y
+                step = ti.math.clamp(depth, -LONGEST_STEP, LONGEST_STEP) * normal
+                if abs(depth) < SLIDE_BAND:
+                    step += SLIDE * (offset - offset.dot(normal) * normal)
+                y += step
+                if step.norm() < TOLERANCE:
+                    break
+                depth, normal, winner, steepness = self._depth(y)
+                if steepness < 1e-9:
+                    break
+            gap = (x - y).dot(normal)
+        return gap, normal, winner
+
+    @ti.func
+    def motion(self, x, winner):
+        """Displacement (3,) [m] over the last step of the body's material that is at x now.
+
+        The winner's balls move with their bones, each counting by its density at x. Zero where nothing moved or
+        nothing reaches.
+        """
+        cell = self._cell(x)
+        total = ti.cast(0, float)
+        blend = ti.Vector.zero(float, 3)
+        for e in range(self.cell_count[cell]):
+            k = self.cell_ball[cell, e]
+            if self.member[k] >> winner & 1:
+                r = x - self.center[k]
+                rest = 1 - r.dot(self.quadratic[k] @ r)
+                if rest > 0:
+                    f = self.weight[k] * rest * rest * rest
+                    total += f
+                    shift = self.shift[k]
+                    blend += f * (shift[:, :3] @ x + ti.Vector([shift[i, 3] for i in ti.static(range(3))]))
+        result = ti.Vector.zero(float, 3)
+        if total > 0:
+            result = blend / total
+        return result
+
+
+def _upload(field: ti.Field, values: np.ndarray) -> None:
+    """Fill a field, in its own precision: Taichi warns of every f64 that it has to narrow itself."""
+    field.from_numpy(np.asarray(values).astype(to_numpy_type(field.dtype)))

@@ -1,0 +1,172 @@
+"""The command line. Each command reads its input and calls one function; heavy imports wait until one needs them."""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from taichi_tryon.errors import TryonError
+
+if TYPE_CHECKING:
+    from taichi_tryon.scene.models import SceneSpec
+
+app = typer.Typer(
+    name="taichi-tryon",
+    help="Dress a body of metaballs in sewing patterns and let the cloth fall.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class Arch(str, Enum):
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Precision(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+
+
+ScenePath = Annotated[Path, typer.Argument(metavar="SCENE", help="YAML file of the scene")]
+Overrides = Annotated[
+    list[str],
+    typer.Option("--set", metavar="KEY.PATH=VALUE", help="Set a value: mesh.edge_length_mm=20. Repeatable."),
+]
+ArchOption = Annotated[Arch | None, typer.Option(help="Device; without it, cuda where it starts, else cpu.")]
+PrecisionOption = Annotated[Precision | None, typer.Option(help="Overrides the scene's solver.precision.")]
+ThreadsOption = Annotated[int | None, typer.Option(min=1, help="CPU threads; overrides the scene's solver.threads.")]
+
+
+@app.callback()
+def _common(
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an internal error.")] = False,
+) -> None:
+    """Options that may stand anywhere; ``main`` reads them."""
+
+
+@app.command()
+def run(
+    scene: ScenePath,
+    output: Annotated[Path | None, typer.Option(help="Output folder; without it, outputs/<scene name>.")] = None,
+    overrides: Overrides = [],  # noqa: B006
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in the output folder.")] = False,
+    arch: ArchOption = None,
+    precision: PrecisionOption = None,
+    threads: ThreadsOption = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress, only the last line.")] = False,
+) -> None:
+    """Run a scene and write its output folder."""
+    spec = _load(scene, overrides, precision, threads)
+    from taichi_tryon.progress import TerminalProgress, silent
+    from taichi_tryon.simulation import run_scene
+
+    folder = output or Path("outputs") / spec.scene
+    if quiet:
+        result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=silent)
+    else:
+        with TerminalProgress() as progress:
+            result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=progress)
+    print(f"{result.status}: {result.reason}\n{result.output}")
+    raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def check(scene: ScenePath, overrides: Overrides = []) -> None:  # noqa: B006
+    """Validate everything that a run would read, build mesh and start, print their sizes; simulate nothing."""
+    spec = _load(scene, overrides)
+    from taichi_tryon.simulation import check_scene
+
+    print("\n".join(check_scene(spec)))
+
+
+@app.command()
+def view(
+    scene: ScenePath,
+    overrides: Overrides = [],  # noqa: B006
+    arch: ArchOption = None,
+    precision: PrecisionOption = None,
+    threads: ThreadsOption = None,
+) -> None:
+    """Run a scene in a window: drag to look around, space pauses, r starts again, Esc ends."""
+    spec = _load(scene, overrides, precision, threads)
+    from taichi_tryon.simulation import view_scene
+
+    view_scene(spec, arch=_value(arch))
+
+
+@app.command()
+def body(
+    body: Annotated[Path, typer.Argument(metavar="BODY", help="YAML file of the body")],
+    pose: Annotated[Path | None, typer.Option(help="YAML file of a pose; without it, the rest pose.")] = None,
+    measure: Annotated[bool, typer.Option("--measure", help="Print the girths.")] = False,
+    output: Annotated[Path | None, typer.Option(help="Picture (.png) or mesh (.obj, .ply, .stl, .vtu).")] = None,
+) -> None:
+    """Measure, draw or mesh a body."""
+    from taichi_tryon.inspection import inspect_body
+    from taichi_tryon.scene.load import load_body_and_pose
+
+    print("\n".join(inspect_body(*load_body_and_pose(body, pose), measure, output)))
+
+
+@app.command()
+def pattern(
+    pattern: Annotated[Path, typer.Argument(metavar="PATTERN", help="YAML file of the pattern")],
+    output: Annotated[Path | None, typer.Option(help="Draw the pattern: .svg or .png")] = None,
+) -> None:
+    """Print areas and seam lengths of a pattern, and draw it."""
+    from taichi_tryon.inspection import inspect_pattern
+    from taichi_tryon.pattern.spec import PatternSpec
+    from taichi_tryon.scene.load import load_part
+
+    print("\n".join(inspect_pattern(load_part(pattern, PatternSpec), output)))
+
+
+@app.command()
+def schema(
+    markdown: Annotated[bool, typer.Option("--markdown", help="Tables for readers instead of JSON Schema.")] = False,
+) -> None:
+    """Print the JSON Schema of a scene file."""
+    from taichi_tryon.scene import schema as scene_schema
+
+    text = scene_schema.markdown() if markdown else json.dumps(scene_schema.json_schema(), indent=2) + "\n"
+    sys.stdout.write(text)
+
+
+def _load(
+    path: Path, overrides: list[str], precision: Precision | None = None, threads: int | None = None
+) -> SceneSpec:
+    from taichi_tryon.scene.load import load_scene
+
+    options = {"precision": _value(precision), "threads": threads}
+    return load_scene(path, [*overrides, *(f"solver.{key}={value}" for key, value in options.items() if value)])
+
+
+def _value(choice: Enum | None) -> str | None:
+    return choice.value if choice else None
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command and end the process: 0 done, 2 input at fault, 3 failed, 130 interrupted."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    debug = "--debug" in arguments
+    try:
+        app([argument for argument in arguments if argument != "--debug"], prog_name="taichi-tryon")
+    except TryonError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        if debug:
+            traceback.print_exc()
+        else:
+            print(f"internal error: {type(error).__name__}: {error} (--debug shows where)", file=sys.stderr)
+        sys.exit(3)

@@ -1,0 +1,120 @@
+"""All garments of a scene as one system of particles, triangles and hinges, in plain arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from taichi_tryon.cloth.bending import triangle_stiffness
+from taichi_tryon.fabric import Moduli
+from taichi_tryon.mesh.garment import GarmentMesh
+from taichi_tryon.mesh.topology import Topology
+
+
+@dataclass(frozen=True)
+class Part:
+    """Where one garment lies in the arrays of the cloth."""
+
+    name: str
+    vertices: slice
+    triangles: slice
+
+
+@dataclass(frozen=True)
+class Cloth:
+    """Garments joined into one set of arrays; ids count through.
+
+    triangles (nt, 3); gradients (nt, 3, 2) of the hat functions in material coordinates [1/m]; areas (nt,) [m^2];
+    stretch (nt, 4) C11 C22 C12 C66 [N/m]; damping_time (nt,) [s]; masses (nv,) [kg].
+    hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
+    triangle_edges (nt, 3) opposite to each corner; edge_stiffness (nt, 3, 3) [N m] of the edge angles; edge_rate is the
+    range of eigenvalues that the iteration for the edge rotations has to cover.
+    """
+
+    parts: tuple[Part, ...]
+    triangles: np.ndarray
+    gradients: np.ndarray
+    areas: np.ndarray
+    stretch: np.ndarray
+    damping_time: np.ndarray
+    masses: np.ndarray
+    hinges: np.ndarray
+    hinge_triangles: np.ndarray
+    triangle_edges: np.ndarray
+    edge_stiffness: np.ndarray
+    edge_rate: tuple[float, float]
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self.masses)
+
+    @property
+    def edge_signs(self) -> np.ndarray:
+        """(nt, 3): +1 where the triangle is the first of its edge's hinge, -1 where it is the second."""
+        first = self.hinge_triangles[self.triangle_edges, 0] == np.arange(len(self.triangles))[:, None]
+        return np.where(first, 1, -1)
+
+    @property
+    def vertex_areas(self) -> np.ndarray:
+        """(nv,) a third of the triangles around each vertex [m^2]."""
+        shares = np.repeat(self.areas / 3, 3)
+        return np.bincount(self.triangles.ravel(), weights=shares, minlength=self.vertex_count)
+
+    @staticmethod
+    def join(garments: list[tuple[GarmentMesh, Moduli]]) -> Cloth:
+        """Put the garments' meshes one after the other."""
+        parts, rows = [], []
+        v = t = e = 0
+        for mesh, moduli in garments:
+            hinges, beside = _hinges(mesh.topology)
+            nt, ne = len(mesh.triangles), len(hinges)
+            rows.append(
+                (
+                    mesh.triangles + v,
+                    hat_gradients(mesh.rest),
+                    mesh.areas,
+                    np.tile(moduli.stretch, (nt, 1)),
+                    np.full(nt, moduli.damping_time),
+                    np.bincount(mesh.triangles.ravel(), np.repeat(mesh.areas * moduli.mass / 3, 3), mesh.vertex_count),
+                    np.where(hinges < 0, -1, hinges + v),
+                    np.where(beside < 0, -1, beside + t),
+                    np.roll(mesh.topology.triangle_edges, -1, axis=1) + e,
+                    triangle_stiffness(mesh.rest, np.tile(moduli.bend, (nt, 1))),
+                )
+            )
+            v, t, e = v + mesh.vertex_count, t + nt, e + ne
+        arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
+        return Cloth(tuple(parts), *arrays, edge_rate=_edge_rate(arrays[8], arrays[7], arrays[9]))
+
+
+def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:
+    """Edges with the vertices opposite (ne, 4) and the triangles beside them (ne, 2); a border's triangle comes first."""
+    border = topology.edge_triangles[:, :1] < 0
+    flip = [np.where(border, pair[:, ::-1], pair) for pair in (topology.edges, topology.opposite, topology.edge_triangles)]
+    return np.hstack(flip[:2]), flip[2]
+
+
+def hat_gradients(rest: np.ndarray) -> np.ndarray:
+    """Gradients (nt, 3, 2) of the three hat functions of triangles with corners ``rest`` (nt, 3, 2)."""
+    edges = np.roll(rest, -2, axis=1) - np.roll(rest, -1, axis=1)
+    twice_area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    return np.stack([-edges[..., 1], edges[..., 0]], axis=-1) / twice_area[:, None, None]
+
+
+def _edge_rate(triangle_edges, hinge_triangles, stiffness) -> tuple[float, float]:
+    """Smallest and greatest eigenvalue of the edge rotations' system after scaling its diagonal to one."""
+    nt, ne = len(triangle_edges), len(hinge_triangles)
+    signs = np.where(hinge_triangles[triangle_edges, 0] == np.arange(nt)[:, None], 1.0, -1.0)
+    values = stiffness * signs[:, :, None] * signs[:, None, :]
+    i = np.repeat(triangle_edges[:, :, None], 3, axis=2)
+    j = np.repeat(triangle_edges[:, None, :], 3, axis=1)
+    system = sp.csr_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=(ne, ne))
+    scale = sp.diags(1 / np.sqrt(system.diagonal()))
+    scaled = scale @ system @ scale
+    start = np.ones(ne)
+    high = spla.eigsh(scaled, k=1, which="LA", v0=start, tol=1e-2, return_eigenvectors=False)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]
+    return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

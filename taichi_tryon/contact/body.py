@@ -1,0 +1,154 @@
+"""Contact and friction between the cloth and the body.
+
+Normal: the samples are held off the skin by the contact thickness t, by the one-sided potential k A depth^3 / (3 t) in
+the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets no
+jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
+reached at the pressure k t. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one place
+than in another.
+
+Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its force exceeds
+mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration the spring is the secant
+``bond`` of the last iterate, so that matrix and energy stay convex; at convergence Coulomb's law holds exactly.
+"""
+
+import taichi as ti
+
+from taichi_tryon import fields
+from taichi_tryon.contact.samples import Samples
+
+
+@ti.data_oriented
+class BodyContact:
+    """Contact of samples of the cloth at ``x`` (moving from ``x_start`` in this step) with a body field.
+
+    stiffness [N/m^3], thickness [m] (the samples are held that far off the skin), friction coefficient.
+    """
+
+    def __init__(self, samples: Samples, body, x, x_start, v, stiffness: float, thickness: float, friction: float):
+        self.count, self.nv = len(samples.areas), x.shape[0]
+        self.body, self.x, self.x_start, self.v = body, x, x_start, v
+        self.vertex = fields.vectors(samples.vertices)
+        self.weight = fields.vectors(samples.weights)
+        self.area = fields.scalars(samples.areas)
+        self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
+        self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
+        self.depth, self.bond = (ti.field(float, shape=self.count) for _ in range(2))
+        self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=self.count) for _ in range(4))
+        self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
+        entries = samples.weights.ravel().nonzero()[0]
+        start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
+        self.entry_start, self.entry = fields.scalars(start), fields.scalars(entries[order])
+        self.sums = ti.field(ti.f64, shape=fields.CHUNKS)
+
+    @ti.func
+    def _at(self, field: ti.template(), s: int):
+        """Value of a vertex field at a sample."""
+        i, w = self.vertex[s], self.weight[s]
+        return field[i[0]] * w[0] + field[i[1]] * w[1] + field[i[2]] * w[2]
+
+    @ti.func
+    def _pressure(self, s: int) -> float:
+        """Normal pressure on sample s [Pa]."""
+        return self.stiffness[None] * self.depth[s] * self.depth[s] / self.thickness[None]
+
+    @ti.func
+    def _steepness(self, s: int) -> float:
+        """Derivative of the pressure with respect to the depth [N/m^3]."""
+        return 2.0 * self.stiffness[None] * self.depth[s] / self.thickness[None]
+
+    @ti.func
+    def _respond(self, s: int):
+        """Force on sample s [N] and its Hessian [N/m], from depth, normal, drag and bond."""
+        n = self.normal[s]
+        normal_part = n.outer_product(n)
+        self.load[s] = self._pressure(s) * self.area[s] * n - self.bond[s] * self.drag[s]
+        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + self.bond[s] * (ti.Matrix.identity(float, 3) - normal_part)
+
+    @ti.kernel
+    def evaluate(self):
+        """Depth, normal and tangential displacement of every sample at the present positions, and its force."""
+        for s in range(self.count):
+            point = self._at(self.x, s)
+            gap, normal, winner = self.body.gap(point)
+            depth = ti.max(self.thickness[None] - gap, 0.0)
+            self.depth[s] = depth
+            if depth > 0.0:
+                self.normal[s] = normal
+                path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
+                self.drag[s] = path - normal * normal.dot(path)
+                self._respond(s)
+            else:
+                self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+
+    @ti.kernel
+    def bind(self, ahead: float):
+        """Set the secant stiffness of friction from the present state, looked ``ahead`` seconds along the velocity."""
+        for s in range(self.count):
+            if self.depth[s] > 0.0:
+                n, v = self.normal[s], self._at(self.v, s)
+                drag = (self.drag[s] + ahead * (v - n * n.dot(v))).norm()
+                stick = self._steepness(s) * self.area[s]
+                limit = self.friction[None] * self._pressure(s) * self.area[s]
+                self.bond[s] = stick if stick * drag <= limit else limit / drag
+                self._respond(s)
+            else:
+                # a sample that meets the body within this step slides first
+                self.bond[s] = 0.0
+
+    @ti.kernel
+    def end_step(self):
+        """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
+        for s in range(self.count):
+            slip = ti.Vector([0.0, 0.0, 0.0])
+            if self.depth[s] > 0.0:
+                slip = self.drag[s]
+                limit, length = self.friction[None] * self._pressure(s) / self._steepness(s), slip.norm()
+                if length > limit:
+                    slip *= limit / length
+            self.slip[s] = slip
+
+    @ti.func
+    def force(self, i: int):
+        """Contact and friction force on vertex i [N]."""
+        total = ti.Vector([0.0, 0.0, 0.0])
+        for n in range(self.entry_start[i], self.entry_start[i + 1]):
+            s, k = self.entry[n] // 3, self.entry[n] % 3
+            if self.depth[s] > 0.0:
+                total += self.weight[s][k] * self.load[s]
+        return total
+
+    @ti.func
+    def block(self, s: int, a: int, b: int):
+        """Hessian block of sample s between its corners a and b."""
+        result = ti.Matrix.zero(float, 3, 3)
+        if self.depth[s] > 0.0:
+            result = self.weight[s][a] * self.weight[s][b] * self.hold[s]
+        return result
+
+    @ti.func
+    def row_sum(self, i: int):
+        """Sum of the Hessian blocks in row i (the samples' weights sum to one), and the block on the diagonal."""
+        total, own = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
+        for n in range(self.entry_start[i], self.entry_start[i + 1]):
+            s, k = self.entry[n] // 3, self.entry[n] % 3
+            if self.depth[s] > 0.0:
+                part = self.weight[s][k] * self.hold[s]
+                total += part
+                own += self.weight[s][k] * part
+        return total, own
+
+    @ti.kernel
+    def _sum_energy(self):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.count)
+            total = ti.cast(0.0, ti.f64)
+            for s in range(low, high):
+                if self.depth[s] > 0.0:
+                    total += self._pressure(s) * self.depth[s] * self.area[s] / 3.0
+                    total += 0.5 * self.bond[s] * self.drag[s].dot(self.drag[s])
+            self.sums[chunk] = total
+
+    def energy(self) -> float:
+        """Energy [J] of contact and of the friction springs at their secant stiffness."""
+        self._sum_energy()
+        return float(self.sums.to_numpy().sum())

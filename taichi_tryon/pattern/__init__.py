@@ -1,0 +1,1 @@
+"""Sewing patterns: panels with named edges, seams and darts, as they are written in YAML, checked and drawn."""

@@ -1,0 +1,92 @@
+"""A pattern in SI units: panels, each a closed loop of edges with a grain line, and the seams that sew them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taichi_tryon.pattern.edge import Edge
+
+__all__ = ["Edge", "Panel", "Pattern", "Seam"]
+
+EdgeName = tuple[str, str]
+"""An edge anywhere in a pattern: (panel, edge)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A flat piece of cloth seen from outside the wearer, y up.
+
+    ``edges`` follow each other round the outline, in either sense. ``grain`` (2,) is the unit warp direction in panel
+    coordinates. ``levels`` are heights [m] of reference lines across the panel. ``mirror_of`` names the panel whose
+    mirror image this one is.
+    """
+
+    name: str
+    edges: tuple[Edge, ...]
+    grain: np.ndarray
+    levels: dict[str, float] = field(default_factory=dict)
+    mirror_of: str | None = None
+
+    def edge(self, name: str) -> Edge:
+        return next(edge for edge in self.edges if edge.name == name)
+
+    @property
+    def signed_area(self) -> float:
+        """Area [m^2] inside the exact outline, positive for a counter-clockwise loop."""
+        return sum(edge.swept_area() for edge in self.edges)
+
+    @property
+    def area(self) -> float:
+        return abs(self.signed_area)
+
+    def outline(self, points_per_curve: int = 33) -> np.ndarray:
+        """The outline as a polygon (n, 2) [m] without a repeated point; curves get this many points."""
+        parts = [edge.sample(2 if edge.kind == "line" else points_per_curve)[:-1] for edge in self.edges]
+        return np.concatenate(parts)
+
+    def mirrored(self, name: str) -> Panel:
+        """The mirror image in the y axis; edges keep their names, and the loop its sense."""
+        edges = tuple(edge.mirrored() for edge in reversed(self.edges))
+        return Panel(name, edges, self.grain * [-1.0, 1.0] + 0.0, dict(self.levels), mirror_of=self.name)
+
+
+@dataclass(frozen=True)
+class Seam:
+    """Two chains of edges sewn together; a dart is a seam whose sides are its two legs.
+
+    Each side lists its edges in their own running order. ``reversed``: the end of ``b`` meets the start of ``a``, as
+    wherever both panels are drawn from outside with loops of the same sense. ``ease`` [m] is how much the two sides'
+    lengths may differ.
+    """
+
+    name: str
+    a: tuple[EdgeName, ...]
+    b: tuple[EdgeName, ...]
+    reversed: bool = True
+    ease: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """All panels of a garment by name, and its seams."""
+
+    name: str
+    panels: dict[str, Panel]
+    seams: tuple[Seam, ...]
+
+    def edge(self, name: EdgeName) -> Edge:
+        panel, edge = name
+        return self.panels[panel].edge(edge)
+
+    def side_length(self, side: tuple[EdgeName, ...]) -> float:
+        """Length [m] of one side of a seam."""
+        return sum(self.edge(name).length for name in side)
+
+    @classmethod
+    def from_spec(cls, spec) -> Pattern:
+        """The pattern written in a checked ``PatternSpec``, in metres."""
+        panels = {name: panel.build(name) for name, panel in spec.panels.items()}
+        panels |= {name: panels[original].mirrored(name) for name, original in spec.mirrored_panels.items()}
+        return cls(spec.pattern, panels, tuple(seam.build() for seam in spec.seams))

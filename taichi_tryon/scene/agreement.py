@@ -1,0 +1,56 @@
+"""Whether the parts of a scene fit each other: what none of them can know alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from taichi_tryon.body.spec import BodySpec, PoseSpec
+from taichi_tryon.dressing.spec import DressingSpec
+from taichi_tryon.scene.models import GarmentSpec, SceneSpec
+
+Disagreement = tuple[tuple[str | int, ...], str]
+
+
+def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
+    """Every name in one part that another part does not have: where it stands in the scene, and the message."""
+    yield from unknown_bones(scene.pose, scene.body, "pose")
+    for index, step in enumerate(scene.motion):
+        yield from unknown_bones(step.pose, scene.body, "motion", index, "pose")
+    names = [garment.name for garment in scene.garments]
+    for index, garment in enumerate(scene.garments):
+        if garment.name in names[:index]:
+            yield ("garments", index, "name"), f"{garment.name}: an earlier garment has this name"
+        yield from _disks(garment.dressing, scene.body, "garments", index, "dressing")
+        yield from _panels(garment, "garments", index, "dressing")
+
+
+def unknown_bones(pose: PoseSpec, body: BodySpec, *where: str | int) -> Iterator[Disagreement]:
+    """Bones that a pose turns and the body does not have; ``where`` the pose stands."""
+    for bone in pose.rotations_degree:
+        yield from _known(bone, body.bones, f"a bone of body {body.name}", *where, "rotations_degree", bone)
+
+
+def _disks(dressing: DressingSpec, body: BodySpec, *where: str | int) -> Iterator[Disagreement]:
+    for name, disk in dressing.disks.items():
+        here = (*where, "disks", name)
+        points = [*body.landmarks, *body.bones]
+        yield from _known(disk.at, points, f"a landmark or bone of body {body.name}", *here, "at")
+        yield from _known(disk.turns_with, body.bones, f"a bone of body {body.name}", *here, "turns_with")
+        if disk.bisects_with is not None:
+            yield from _known(disk.bisects_with, body.bones, f"a bone of body {body.name}", *here, "bisects_with")
+        for index, group in enumerate(disk.groups):
+            yield from _known(group, body.groups, f"a ball group of body {body.name}", *here, "groups", index)
+
+
+def _panels(garment: GarmentSpec, *where: str | int) -> Iterator[Disagreement]:
+    panels = [*garment.pattern.panels, *garment.pattern.mirrored_panels]
+    for panel in garment.dressing.panels:
+        yield from _known(panel, panels, f"a panel of pattern {garment.pattern.pattern}", *where, "panels", panel)
+    for panel in panels:
+        if panel not in garment.dressing.panels:
+            yield (*where, "panels"), f"panel {panel} of pattern {garment.pattern.pattern} is laid nowhere"
+
+
+def _known(name: str, allowed: object, what: str, *where: str | int) -> Iterator[Disagreement]:
+    if name not in allowed:
+        yield where, f"{name} is not {what}; allowed: {', '.join(allowed)}"

@@ -1,0 +1,149 @@
+"""A scene: who wears what, made of which fabric, in which pose and motion, computed and shown how."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from taichi_tryon.body.spec import BodySpec, PoseSpec
+from taichi_tryon.dressing.spec import DressingSpec
+from taichi_tryon.fabric import FabricSpec
+from taichi_tryon.pattern.spec import PatternSpec
+from taichi_tryon.scene.references import REFERENCE
+from taichi_tryon.spec import Spec, fault
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=80)]
+View = Literal["front", "back", "right", "left", "top", "three_quarter"]
+FrameFormat = Literal["vtu", "obj", "ply", "stl"]
+Map = Literal["strain_warp", "strain_weft", "shear", "pressure", "gap"]
+
+
+class AppearanceSpec(Spec):
+    """How a garment looks in pictures."""
+
+    color: str = Field("#8fb3d9", pattern=r"^#[0-9a-fA-F]{6}$", description="colour of the cloth, red green blue")
+    checker_mm: float | None = Field(
+        None, gt=0, le=500, description="squares of this size along warp and weft show the grain; null: plain"
+    )
+
+
+class GarmentSpec(Spec):
+    """A garment: its pattern, how it is laid around the body, and its fabric."""
+
+    name: Name = Field(description="name in files and report")
+    pattern: Annotated[PatternSpec, REFERENCE] = Field(description="the sewing pattern")
+    dressing: Annotated[DressingSpec, REFERENCE] = Field(description="how the panels are laid around the body")
+    fabric: Annotated[FabricSpec, REFERENCE] = Field(description="the measured fabric")
+    appearance: AppearanceSpec = Field(AppearanceSpec(), description="colour and checker")
+
+
+class MotionStepSpec(Spec):
+    """A pose to reach from the one before."""
+
+    pose: Annotated[PoseSpec, REFERENCE] = Field(description="pose at the end of this step")
+    duration_s: float = Field(gt=0, le=600, description="time from the pose before")
+
+
+class MeshSpec(Spec):
+    """The triangles."""
+
+    edge_length_mm: float = Field(12.0, ge=1, le=100, description="mean edge length aimed at")
+
+
+class ContactSpec(Spec):
+    """Contact of cloth and body."""
+
+    friction: float = Field(0.3, ge=0, le=2, description="Coulomb friction coefficient of cloth on body")
+    thickness_mm: float = Field(0.6, ge=0, le=10, description="distance of the cloth's middle surface from the skin")
+    stiffness_N_per_m3: float = Field(
+        1.0e7, ge=1e4, le=1e10, description="contact pressure for each metre that the cloth comes too near"
+    )
+    body_margin_mm: float = Field(20.0, gt=0, le=200, description="distance from the skin within which gaps are known")
+
+
+class SolverSpec(Spec):
+    """Time stepping and linear solver."""
+
+    step_s: float = Field(1 / 60, gt=0, le=0.1, description="time step, where nothing asks for a smaller one")
+    min_step_s: float = Field(1e-5, gt=0, le=0.1, description="smaller steps are not tried: the run fails")
+    max_newton_iterations: int = Field(8, ge=1, le=200, description="Newton iterations a step; 1: linearly implicit")
+    newton_tolerance: float = Field(
+        1e-2, gt=0, lt=1, description="a step is solved when its residual has fallen to this part of the first"
+    )
+    linear_tolerance: float = Field(1e-2, gt=0, lt=1, description="relative residual at which conjugate gradients stop")
+    max_linear_iterations: int = Field(500, ge=1, le=100_000, description="conjugate-gradient steps a Newton iteration")
+    preconditioner: Literal["coarse", "block_jacobi"] = Field(
+        "coarse", description="block_jacobi: 3x3 blocks alone; coarse: with a coarse space of rigid motions"
+    )
+    precision: Literal["f64", "f32"] = Field("f64", description="floating-point numbers of the simulation")
+    threads: int | None = Field(None, ge=1, le=1024, description="CPU threads; null: all there are")
+
+    @model_validator(mode="after")
+    def _steps_in_order(self) -> SolverSpec:
+        if self.min_step_s > self.step_s:
+            raise fault(f"must not exceed step_s = {self.step_s:g} (got {self.min_step_s:g})", "min_step_s")
+        return self
+
+
+class DrapeSpec(Spec):
+    """The first relaxation of the dressed garment, from the start that the dressing gives."""
+
+    duration_s: float = Field(1.0, ge=0, le=600, description="time before the motion, or the settling, begins")
+
+
+class SettleSpec(Spec):
+    """When the worn shape counts as found."""
+
+    residual: float = Field(1e-2, gt=0, le=1, description="net force on free vertices over weight, 2-norms")
+    max_time_s: float = Field(20.0, ge=0, le=3600, description="simulated time given to reach it")
+    max_steps: int = Field(5000, ge=0, le=1_000_000, description="time steps given to reach it")
+
+
+class OutputSpec(Spec):
+    """What is written."""
+
+    frames_per_s: float = Field(30.0, gt=0, le=1000, description="frames for each second simulated")
+    formats: list[FrameFormat] = Field(["vtu"], description="mesh files; all but vtu hold positions only")
+    views: list[View] = Field(["front", "right"], description="cameras; 'right' looks at the wearer's right side")
+    image_size: Annotated[list[Annotated[int, Field(ge=16, le=8192)]], Field(min_length=2, max_length=2)] = Field(
+        [720, 960], description="width and height in pixels, even numbers"
+    )
+    images: bool = Field(True, description="write PNG pictures")
+    video: bool = Field(True, description="write the film")
+    maps: list[Map] = Field([], description="pictures of the last frame coloured by these quantities")
+
+    @field_validator("image_size")
+    @classmethod
+    def _even(cls, size: list[int]) -> list[int]:
+        for index, length in enumerate(size):
+            if length % 2:
+                raise fault(f"must be an even number, as films want (got {length})", index)
+        return size
+
+    @field_validator("formats", "views", "maps")
+    @classmethod
+    def _once(cls, names: list[str]) -> list[str]:
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise fault(f"{name} is named twice", index)
+        return names
+
+
+class SceneSpec(Spec):
+    """Everything a run needs; the name also names the output folder."""
+
+    scene: Name = Field(description="name of the scene")
+    body: Annotated[BodySpec, REFERENCE] = Field(description="who is dressed")
+    pose: Annotated[PoseSpec, REFERENCE] = Field(description="pose in which the body is dressed")
+    motion: list[MotionStepSpec] = Field([], description="poses to go through after the drape, in turn")
+    garments: list[GarmentSpec] = Field(min_length=1, max_length=10, description="garments, from the skin outwards")
+    mesh: MeshSpec = Field(MeshSpec(), description="the triangles")
+    contact: ContactSpec = Field(ContactSpec(), description="contact of cloth and body")
+    gravity_m_s2: Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=3, max_length=3)] = (
+        Field([0.0, -9.81, 0.0], description="acceleration of gravity: x, y (up), z")
+    )
+    solver: SolverSpec = Field(SolverSpec(), description="time stepping and linear solver")
+    drape: DrapeSpec = Field(DrapeSpec(), description="the first relaxation")
+    settle: SettleSpec = Field(SettleSpec(), description="when the worn shape counts as found")
+    output: OutputSpec = Field(OutputSpec(), description="what is written")

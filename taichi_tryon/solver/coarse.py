@@ -1,0 +1,240 @@
+"""Coarse space of rigid motions: what block-Jacobi cannot see, a preconditioner that scales.
+
+A few nodes are spread over the cloth; around each, a hat of the distance along the cloth (seams included) blends six rigid
+motions about the node's present centre. Rigid motions, unlike polynomials, do not lock on curved cloth. The coarse
+matrix E = P^T A P is gathered, inverted densely, and added to block-Jacobi: z = D^-1 r + P E^-1 P^T r. Where contact
+holds a vertex, its row of P is filtered by (I + K_contact / (0.1 mean diagonal))^-1: the coarse space must not push
+into the body.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+import taichi as ti
+from scipy.linalg import lapack
+from scipy.sparse.csgraph import dijkstra
+
+from taichi_tryon import fields
+
+MODES = 6
+# hats that overlap at a vertex: the weights of the nearest nodes are kept
+NEAREST = 5
+# share of the diagonal added to E: overlapping rigid motions are nearly dependent
+SHIFT = 3e-6
+# contact counts as stiff against this share of the mean diagonal
+FILTER = 0.1
+
+
+def spread(edges: np.ndarray, lengths: np.ndarray, vertex_count: int, node_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights: ids (nv, NEAREST) of nodes and their weights (nv, NEAREST), which sum to 1.
+
+    Nodes are chosen farthest first by the distance along the edges, each connected piece has at least one.
+    """
+    i, j = edges.T
+    graph = sp.csr_matrix((np.tile(lengths, 2), (np.r_[i, j], np.r_[j, i])), shape=(vertex_count, vertex_count))
+    nearest = np.full(vertex_count, np.inf)
+    nodes = []
+    while len(nodes) < node_count or np.isinf(nearest.max()):
+        source = int(np.argmax(nearest))
+        reach = nearest.max()
+        nodes.append(source)
+        found = dijkstra(graph, indices=source, limit=reach if np.isfinite(reach) else np.inf)
+        nearest = np.minimum(nearest, found)
+        if nearest.max() <= 0:
+            break
+    radius = 2.2 * nearest.max() if nearest.max() > 0 else 1.0
+    distance = dijkstra(graph, indices=nodes, limit=radius)  # (nodes, nv)
+    hats = np.maximum(1 - distance / radius, 0.0) ** 2
+    hats[~np.isfinite(distance)] = 0.0
+    ids = np.argsort(-hats, axis=0, kind="stable")[:NEAREST].T
+    if ids.shape[1] < NEAREST:
+        ids = np.pad(ids, ((0, 0), (0, NEAREST - ids.shape[1])), mode="edge")
+    weights = np.take_along_axis(hats.T, ids, axis=1)
+    # the least kept weight is taken off, so that hats fall to zero where the list is cut
+    if len(nodes) > NEAREST:
+        cut = np.sort(hats, axis=0)[-NEAREST - 1][:, None]
+        weights = np.maximum(weights - cut, 0.0) + 1e-9 * (weights > 0)
+    else:
+        weights[:, len(nodes) :] = 0.0
+    return ids, weights / weights.sum(axis=1, keepdims=True)
+
+
+@ti.data_oriented
+class CoarseSpace:
+    """The coarse part of the preconditioner for a Matrix over vertices at ``x``."""
+
+    def __init__(self, matrix, x, ids: np.ndarray, weights: np.ndarray):
+        self.matrix, self.x, self.nv = matrix, x, len(ids)
+        used, ids = np.unique(ids, return_inverse=True)
+        ids = ids.reshape(weights.shape)
+        self.node_count = len(used)
+        self.node = fields.vectors(ids)
+        self.weight = fields.vectors(weights)
+        self.filter = ti.Matrix.field(3, 3, float, shape=self.nv)
+        self.center = ti.Vector.field(3, float, shape=self.node_count)
+        self.reach = ti.field(float, shape=())
+        self.size = MODES * self.node_count
+        self.inverse = ti.field(ti.f32, shape=(self.size, self.size))
+        self.restricted, self.corrected = (ti.field(float, shape=self.size) for _ in range(2))
+        self.entries = ti.field(ti.f32, shape=(self.size, self.size))
+        self._support(ids, weights)
+        self._pattern(ids, weights)
+
+    def _support(self, ids, weights):
+        """Table of the vertices under each node's hat, as vertex * NEAREST + slot."""
+        held = np.flatnonzero(weights.ravel() > 0)
+        start, order = fields.group(ids.ravel()[held], self.node_count)
+        self.support_start, self.support = fields.scalars(start), fields.scalars(held[order])
+
+    def _pattern(self, ids, weights):
+        """Where A P has blocks (row, node), and which of them make up each block of E."""
+        nv, nodes = self.nv, self.node_count
+        hats = sp.csr_matrix((weights.ravel() > 0, (np.repeat(np.arange(nv), NEAREST), ids.ravel())), shape=(nv, nodes))
+        rows, columns = self.matrix.rows, self.matrix.columns
+        links = sp.csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(nv, nv)) + sp.identity(nv, bool, "csr")
+        product = (links @ hats).tocsr()
+        product.sort_indices()
+        slot_row = np.repeat(np.arange(nv), np.diff(product.indptr))
+        slot_key = slot_row.astype(np.int64) * nodes + product.indices
+
+        def slots(row, columns):
+            keys = row[:, None].astype(np.int64) * nodes + ids[columns]
+            found = np.searchsorted(slot_key, keys)
+            return np.where(weights[columns] > 0, found, -1)
+
+        self.slot_start = fields.scalars(product.indptr)
+        self.block_slot = fields.vectors(slots(rows, columns))
+        self.diagonal_slot = fields.vectors(slots(np.arange(nv), np.arange(nv)))
+        self.shift, self.turn = (ti.Matrix.field(3, 3, float, shape=len(slot_row)) for _ in range(2))
+
+        # E[I, J] gathers vertex i in hat I over slot (i, J); only I <= J
+        count = np.diff(product.indptr)
+        hat = np.repeat(np.arange(nv * NEAREST), np.repeat(count, NEAREST))
+        first = np.repeat(np.repeat(product.indptr[:-1], NEAREST), np.repeat(count, NEAREST))
+        run = np.arange(len(hat)) - np.repeat(np.cumsum(np.repeat(count, NEAREST)) - np.repeat(count, NEAREST), np.repeat(count, NEAREST))
+        slot = first + run
+        upper = (weights.ravel()[hat] > 0) & (ids.ravel()[hat] <= product.indices[slot])
+        hat, slot = hat[upper], slot[upper]
+        key = ids.ravel()[hat].astype(np.int64) * nodes + product.indices[slot]
+        keys, pair = np.unique(key, return_inverse=True)
+        start, order = fields.group(pair, len(keys))
+        self.pair_count = len(keys)
+        self.pair_row, self.pair_column = fields.scalars(keys // nodes), fields.scalars(keys % nodes)
+        self.pair_start = fields.scalars(start)
+        self.pair_hat, self.pair_slot = fields.scalars(hat[order]), fields.scalars(slot[order])
+
+    @ti.kernel
+    def _gather(self, mean_diagonal: float):
+        for J in range(self.node_count):
+            total, weight = ti.Vector([0.0, 0.0, 0.0]), 0.0
+            for n in range(self.support_start[J], self.support_start[J + 1]):
+                i, a = self.support[n] // NEAREST, self.support[n] % NEAREST
+                total += self.weight[i][a] * self.x[i]
+                weight += self.weight[i][a]
+            self.center[J] = total / weight
+        for i in range(self.nv):
+            stiff = ti.cast(self.matrix.contact[i], float) / (FILTER * mean_diagonal)
+            kept = (ti.Matrix.identity(float, 3) + stiff).inverse()
+            self.filter[i] = kept if self.matrix.free[i] > 0 else ti.Matrix.zero(float, 3, 3)
+        for i in range(self.nv):
+            for n in range(self.slot_start[i], self.slot_start[i + 1]):
+                self.shift[n] = ti.Matrix.zero(float, 3, 3)
+                self.turn[n] = ti.Matrix.zero(float, 3, 3)
+            if self.matrix.free[i] > 0:
+                self._add(i, ti.cast(self.matrix.diagonal[i], float), self.diagonal_slot[i])
+                for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
+                    self._add(self.matrix.column[n], ti.cast(self.matrix.block[n], float), self.block_slot[n])
+        for p in range(self.pair_count):
+            I, J = self.pair_row[p], self.pair_column[p]
+            aa, ab = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
+            ba, bb = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
+            for n in range(self.pair_start[p], self.pair_start[p + 1]):
+                i, slot = self.pair_hat[n] // NEAREST, self.pair_slot[n]
+                w = self.weight[i][self.pair_hat[n] % NEAREST]
+                arm = cross_matrix((self.x[i] - self.center[I]) / self.reach[None])
+                shift, turn = w * (self.filter[i] @ self.shift[slot]), w * (self.filter[i] @ self.turn[slot])
+                aa += shift
+                ab += turn
+                ba += arm @ shift
+                bb += arm @ turn
+            for r in ti.static(range(3)):
+                for c in ti.static(range(3)):
+                    self._put(6 * I + r, 6 * J + c, aa[r, c])
+                    self._put(6 * I + r, 6 * J + 3 + c, ab[r, c])
+                    self._put(6 * I + 3 + r, 6 * J + c, ba[r, c])
+                    self._put(6 * I + 3 + r, 6 * J + 3 + c, bb[r, c])
+
+    @ti.func
+    def _put(self, row: int, column: int, value: float):
+        self.entries[row, column] = ti.cast(value, ti.f32)
+        self.entries[column, row] = ti.cast(value, ti.f32)
+
+    @ti.func
+    def _add(self, j: int, block, slots):
+        """Add block A_ij times P_j to the row's blocks of A P."""
+        filtered = block @ self.filter[j]
+        for a in ti.static(range(NEAREST)):
+            n = slots[a]
+            if n >= 0:
+                w = self.weight[j][a]
+                arm = cross_matrix((self.x[j] - self.center[self.node[j][a]]) / self.reach[None])
+                self.shift[n] += w * filtered
+                self.turn[n] -= w * (filtered @ arm)
+
+    def update(self, mean_diagonal: float, reach: float):
+        """Gather and invert E for the matrix and positions as they are. ``reach`` [m] scales the rotations."""
+        self.reach[None] = reach
+        self._gather(mean_diagonal)
+        e = self.entries.to_numpy()
+        diagonal = np.einsum("ii->i", e)
+        # a node whose hat is held everywhere has no motion left
+        diagonal += SHIFT * diagonal + 1e-12 * diagonal.max()
+        factor, fault = lapack.spotrf(e, lower=1)
+        if fault:
+            diagonal *= 1 + 1e-3
+            factor, fault = lapack.spotrf(e, lower=1)
+        if fault:
+            return False
+        inverse, _ = lapack.spotri(factor, lower=1)
+        self.inverse.from_numpy(np.tril(inverse) + np.tril(inverse, -1).T)
+        return True
+
+    @ti.func
+    def restrict(self, J: int, r: ti.template()):
+        """P^T r at node J, into ``restricted``."""
+        force, torque = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        for n in range(self.support_start[J], self.support_start[J + 1]):
+            i, a = self.support[n] // NEAREST, self.support[n] % NEAREST
+            part = self.weight[i][a] * (self.filter[i] @ r[i])
+            force += part
+            torque += (self.x[i] - self.center[J]).cross(part)
+        for k in ti.static(range(3)):
+            self.restricted[6 * J + k] = force[k]
+            self.restricted[6 * J + 3 + k] = torque[k] / self.reach[None]
+
+    @ti.func
+    def solve_row(self, k: int):
+        """Row k of E^-1 P^T r, into ``corrected``."""
+        total = ti.cast(0.0, float)
+        for m in range(self.size):
+            total += ti.cast(self.inverse[k, m], float) * self.restricted[m]
+        self.corrected[k] = total
+
+    @ti.func
+    def prolong(self, i: int):
+        """Row i of P E^-1 P^T r."""
+        total = ti.Vector([0.0, 0.0, 0.0])
+        for a in ti.static(range(NEAREST)):
+            w = self.weight[i][a]
+            if w > 0.0:
+                J = self.node[i][a]
+                c = 6 * J
+                shift = ti.Vector([self.corrected[c], self.corrected[c + 1], self.corrected[c + 2]])
+                turn = ti.Vector([self.corrected[c + 3], self.corrected[c + 4], self.corrected[c + 5]])
+                total += w * (shift + turn.cross((self.x[i] - self.center[J]) / self.reach[None]))
+        return self.filter[i] @ total
+
+
+@ti.func
+def cross_matrix(a):
+    """The matrix of the cross product with a from the left."""
+    return ti.Matrix([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

@@ -1,0 +1,109 @@
+"""The Hessian as a block-sparse matrix, assembled by gathering: each block is written by one thread."""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon import fields
+
+
+@ti.data_oriented
+class Matrix:
+    """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
+
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``contact``
+    is the contact stiffness around each vertex, ``stiffness`` the mean of the diagonal without contact. Single precision is enough: the right-hand side is exact, and Newton
+    corrects the step.
+    """
+
+    def __init__(self, elastic, contact, mass, free):
+        self.elastic, self.contact_law, self.mass, self.free = elastic, contact, mass, free
+        self.nv = mass.shape[0]
+        triangles = elastic.triangle.to_numpy()
+        hinges = elastic.hinge.to_numpy()
+        samples, weights = contact.vertex.to_numpy(), contact.weight.to_numpy()
+        inner = np.flatnonzero(hinges[:, 3] >= 0)
+        low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
+        for table, owners, width, label in (
+            (hinges[inner], inner, 4, 1),
+            *(
+                (samples[used][:, :points], used, points, 2)
+                for points in (2, 3)
+                for used in [np.flatnonzero((weights > 0).sum(axis=1) == points)]
+            ),
+        ):
+            more = _pairs(table, owners, width, label, base=3 if label != 1 else 4)
+            low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
+        keys, pair = np.unique(low.astype(np.int64) * self.nv + high, return_inverse=True)
+        i, j = keys // self.nv, keys % self.nv
+        self.pair_count = len(keys)
+        self.pair_i, self.pair_j = fields.scalars(i), fields.scalars(j)
+        self._gather = []
+        for label in range(3):
+            chosen = kind == label
+            start, order = fields.group(pair[chosen], self.pair_count)
+            self._gather.append((fields.scalars(start), fields.scalars(code[chosen][order])))
+        (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
+        self.sample_start, self.sample_code = self._gather[2]
+
+        rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+        order = np.lexsort((columns, rows))
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        self.rows, self.columns = rows[order], columns[order]
+        self.place_ij, self.place_ji = (fields.scalars(part) for part in np.split(place, 2))
+        self.row_start = fields.scalars(fields.group(rows, self.nv)[0])
+        self.column = fields.scalars(self.columns)
+        self.block = ti.Matrix.field(3, 3, ti.f32, shape=len(self.columns))
+        self.diagonal, self.contact = (ti.Matrix.field(3, 3, ti.f32, shape=self.nv) for _ in range(2))
+        self.stiffness = ti.field(float, shape=self.nv)
+
+    @ti.kernel
+    def assemble(self, inverse_dt: float):
+        """Fill the matrix from the laws as last evaluated. ``inverse_dt`` 0 leaves mass and internal friction out."""
+        for p in range(self.pair_count):
+            block = ti.Matrix.zero(float, 3, 3)
+            for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
+                code = self.membrane_code[n]
+                block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt)
+            for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
+                code = self.hinge_code[n]
+                block += self.elastic.bending_block(code // 16, code // 4 % 4, code % 4, inverse_dt)
+            for n in range(self.sample_start[p], self.sample_start[p + 1]):
+                code = self.sample_code[n]
+                block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
+            self.block[self.place_ij[p]] = ti.cast(block, ti.f32)
+            self.block[self.place_ji[p]] = ti.cast(block.transpose(), ti.f32)
+        for i in range(self.nv):
+            around, own = self.contact_law.row_sum(i)
+            # elastic forces do not change when everything is shifted: their rows sum to zero
+            diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
+            for n in range(self.row_start[i], self.row_start[i + 1]):
+                diagonal -= ti.cast(self.block[n], float)
+            self.diagonal[i] = ti.cast(diagonal, ti.f32)
+            self.contact[i] = ti.cast(around, ti.f32)
+            self.stiffness[i] = (diagonal - own).trace() / 3.0
+
+    @ti.func
+    def row_product(self, i: int, vector: ti.template()):
+        """Row i of the matrix times a vector field that is zero at held vertices; zero in their rows."""
+        result = ti.Vector([0.0, 0.0, 0.0])
+        if self.free[i] > 0:
+            result = ti.cast(self.diagonal[i], float) @ vector[i]
+            for n in range(self.row_start[i], self.row_start[i + 1]):
+                result += ti.cast(self.block[n], float) @ vector[self.column[n]]
+        return result
+
+
+def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):
+    """All vertex pairs (low, high) within the rows of ``table`` (n, width), with code = owner, place of low, place of
+    high in base ``base``, and the label of their law."""
+    lows, highs, codes = [], [], []
+    for a in range(width):
+        for b in range(a + 1, width):
+            swap = table[:, a] > table[:, b]
+            lows.append(np.where(swap, table[:, b], table[:, a]))
+            highs.append(np.where(swap, table[:, a], table[:, b]))
+            places = np.where(swap, b * base + a, a * base + b)
+            codes.append(owners * base * base + places)
+    code = np.concatenate(codes)
+    return np.concatenate(lows), np.concatenate(highs), code, np.full(len(code), label)

@@ -1,0 +1,49 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from taichi_tryon.errors import InputError
+from taichi_tryon.view.renderer import make_renderer
+
+WITHOUT_VULKAN = """
+from taichi_tryon import runtime
+from taichi_tryon.errors import RunError
+from taichi_tryon.view.renderer import make_renderer
+runtime.start("cpu", threads=1, offline_cache=False)
+renderer, message = make_renderer((32, 32))
+print(renderer.name, message)
+try:
+    make_renderer((32, 32), "ggui")
+except RunError as fault:
+    print(fault)
+"""
+
+
+def test_raster_on_request_needs_no_message():
+    renderer, message = make_renderer((32, 32), "raster")
+    assert (renderer.name, renderer.size, message) == ("raster", (32, 32), None)
+
+
+def test_unknown_renderer_is_said():
+    with pytest.raises(InputError, match="'opengl' is unknown; allowed are auto, ggui, raster"):
+        make_renderer((32, 32), "opengl")
+
+
+def test_ggui_is_taken_where_it_starts(ggui):
+    renderer, message = make_renderer((32, 32))
+    assert (renderer.name, message) == ("ggui", None)
+    renderer.close()
+
+
+def test_without_vulkan_the_rasteriser_draws_and_one_line_says_how_to_get_ggui():
+    hidden = {**os.environ, "VK_DRIVER_FILES": "/nonexistent", "VK_ICD_FILENAMES": "/nonexistent"}
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_VULKAN], env=hidden, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    first, second = [line for line in done.stdout.splitlines() if "Vulkan" in line and "RHI" not in line]
+    assert first.startswith("raster pictures by the built-in rasteriser: ")
+    assert "apt-get install libvulkan1 mesa-vulkan-drivers" in first
+    assert second.startswith("no GGUI renderer: GGUI needs Vulkan")
