@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taichi_tryon import timing  # noqa: F401  (starts the clock)
 from taichi_tryon.errors import TryonError
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def run(
     """Run a scene and write its output folder."""
     spec = _load(scene, overrides, precision, threads)
     from taichi_tryon.progress import TerminalProgress, silent
-    from taichi_tryon.simulation import run_scene
+    from taichi_tryon.run import run_scene
 
     folder = output or Path("outputs") / spec.scene
     if quiet:

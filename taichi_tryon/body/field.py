@@ -19,8 +19,10 @@ MAX_CELLS = 8192
 NEWTON_BAND = 0.02
 """Outside the skin by more than this, to first order [m], the first-order gap is good enough: it only culls."""
 NEWTON_STEPS = 5
-TOLERANCE = 1e-6
-"""A Newton step shorter than this [m] is the last."""
+DEEP_STEPS = 12
+"""Newton steps for points deeper than LONGEST_STEP."""
+TOLERANCE = 1e-5
+"""A Newton step shorter than this [m] is the last; what is left is a third of it at most."""
 POLAR_STEPS = 12
 
 
@@ -271,7 +273,8 @@ class BodyField:
         gap = -depth
         if steepness > 1e-9 and gap < band:
             y = x
-            for _ in range(NEWTON_STEPS):
+            deep = depth > LONGEST_STEP
+            for _ in range(DEEP_STEPS if deep else NEWTON_STEPS):
                 offset = x - y
                 step = ti.math.clamp(depth, -LONGEST_STEP, LONGEST_STEP) * normal
                 if abs(depth) < SLIDE_BAND:
@@ -283,6 +286,8 @@ class BodyField:
                 if steepness < 1e-9:
                     break
             gap = (x - y).dot(normal)
+            if deep:  # the way out may be bent, or not ended yet
+                gap = -(x - y).norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
         return gap, normal, winner
 
     @ti.func

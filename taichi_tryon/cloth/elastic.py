@@ -201,11 +201,11 @@ class Elastic:
         return k * self.slope[e, i].outer_product(self.slope[e, j])
 
     @ti.kernel
-    def _sum_energies(self, inverse_dt: float):
+    def _sum_energies(self, inverse_dt: float, first: int, last: int):
         for chunk in range(fields.CHUNKS):
-            low, high = fields.chunk_bounds(chunk, self.nt)
+            low, high = fields.chunk_bounds(chunk, last - first)
             total = ti.Vector([0.0, 0.0, 0.0, 0.0], ti.f64)
-            for t in range(low, high):
+            for t in range(first + low, first + high):
                 e, c = self.strain[t], self.stretch[t]
                 change = e - self.strain_start[t]
                 drag = 0.5 * self.tau[t] * inverse_dt * change.dot(membrane.stress(c, change))
@@ -225,8 +225,9 @@ class Elastic:
                 total[3] += 0.5 * self.hinge_stiffness[e] * self.hinge_tau[e] * inverse_dt * change * change
             self.sums[chunk] = total
 
-    def energies(self, inverse_dt: float = 0.0) -> np.ndarray:
-        """Stretch, shear, bending and (over the step so far) friction energy [J] at the positions last evaluated."""
-        self._sum_energies(inverse_dt)
+    def energies(self, inverse_dt: float = 0.0, triangles: slice | None = None) -> np.ndarray:
+        """Stretch, shear, bending and (over the step so far) friction energy [J] at the positions last evaluated, of all
+        triangles or of some."""
+        first, last = (0, self.nt) if triangles is None else (triangles.start, triangles.stop)
+        self._sum_energies(inverse_dt, first, last)
         return self.sums.to_numpy().sum(axis=0)
-

@@ -11,6 +11,7 @@ mu times the normal force (Coulomb): what sticks does not creep. Within a Newton
 ``bond`` of the last iterate, so that matrix and energy stay convex; at convergence Coulomb's law holds exactly.
 """
 
+import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
@@ -25,6 +26,7 @@ class BodyContact:
     """
 
     def __init__(self, samples: Samples, body, x, x_start, v, stiffness: float, thickness: float, friction: float):
+        self.samples = samples
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
         self.vertex = fields.vectors(samples.vertices)
@@ -152,3 +154,8 @@ class BodyContact:
         """Energy [J] of contact and of the friction springs at their secant stiffness."""
         self._sum_energy()
         return float(self.sums.to_numpy().sum())
+
+    def pressures(self) -> np.ndarray:
+        """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
+        depth = self.depth.to_numpy()
+        return self.stiffness[None] * depth**2 / self.thickness[None]

@@ -7,6 +7,8 @@ import numpy as np
 from taichi_tryon.body.density import gap
 from taichi_tryon.body.model import Balls
 
+CELLS = 256
+
 
 def body_gaps(positions: np.ndarray, triangles: np.ndarray, balls: Balls) -> np.ndarray:
     """(nt,) least distance [m] from the body of each triangle's corners, edge midpoints and centroid."""
@@ -68,8 +70,9 @@ def _overlapping_boxes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ids of edges and triangles whose boxes meet, each pair once, found by a grid of cells."""
     boxes = [(positions[part].min(axis=1), positions[part].max(axis=1)) for part in (edges, triangles)]
-    size = 2 * np.median(boxes[1][1] - boxes[1][0]) + 1e-12
     origin = positions.min(axis=0)
+    # at most CELLS cells a side, so that one huge triangle among tiny ones cannot fill the memory
+    size = max(2 * np.median(boxes[1][1] - boxes[1][0]), (positions.max(axis=0) - origin).max() / CELLS) + 1e-12
     shape = np.floor((positions.max(axis=0) - origin) / size).astype(int) + 1
     (edge_cell, e), (triangle_cell, t) = (_cells(low, high, origin, size, shape) for low, high in boxes)
     order = np.argsort(triangle_cell, kind="stable")

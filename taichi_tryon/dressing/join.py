@@ -1,6 +1,6 @@
 """One position for every sewn vertex, from the places that its panels give it.
 
-An edge laid on a disk keeps its place: the sleeve's cap stays on the armhole disk, and the bodice's armhole comes to it.
+An edge laid on a disk keeps its place: the sleeve's cap stays on the armhole disk, the bodice's armhole comes to it.
 Other edges that are sewn meet half way: the crotch, which the half disks leave blank, closes on the median plane.
 """
 

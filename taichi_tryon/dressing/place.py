@@ -66,6 +66,7 @@ def dress(
     for m in maps:
         first, last = spec.panels[m.panel].around
         surface = RuledSurface(tuple(disks[name] for name in m.disks))
+        _check_order(spec, m.panel, surface)
         groups = body.groups(*dict.fromkeys(group for disk in m.disks for group in spec.disks[disk].groups))
         points = surface.point(m.u, first + m.t * (last - first))
         placed.append(push_along_radius(points, surface.axis(m.u), balls, groups, clearance))
@@ -89,6 +90,18 @@ def _check_names(pattern: Pattern, spec: DressingSpec) -> None:
                                 f"panels: {', '.join(pattern.panels)}")  # fmt: skip
 
 
+def _check_order(spec: DressingSpec, panel: str, surface: RuledSurface) -> None:
+    """Every disk must lie beyond the one before it all round, or the surface would turn back into itself."""
+    for upper, lower in zip(surface.disks, surface.disks[1:], strict=False):
+        along = (lower.rim - upper.rim) @ (upper.normal + lower.normal)
+        if along.min() <= 0:
+            share = round(100 * float((along <= 0).mean()))
+            raise DressingError(
+                f"dressing '{spec.dressing}', panel '{panel}': disk '{lower.name}' does not lie beyond disk "
+                f"'{upper.name}' on {share} % of the way round; mend their order, places or normals"
+            )
+
+
 def _check(
     x: np.ndarray,
     mesh: GarmentMesh,
@@ -103,8 +116,9 @@ def _check(
     worst = int(gaps.argmin())
     if gaps[worst] < least:
         raise DressingError(
-            f"dressing '{spec.dressing}': {_place(worst, mesh, maps)} is {_side(gaps[worst])} ({least * 1e3:.1f} mm outside "
-            f"is the least); widen the disk, or put another one where the surface cuts through the body"
+            f"dressing '{spec.dressing}': {_place(worst, mesh, maps)} is {_side(gaps[worst])} "
+            f"({least * 1e3:.1f} mm outside is the least); "
+            f"widen the disk, or put another one where the surface cuts through the body"
         )
     pairs = crossings(x, mesh.triangles)
     excused = _beside_stretched_seams(mesh, spec, pattern)

@@ -1,1 +1,1 @@
-"""What a run leaves behind: frames, pictures' film, report, checkpoint. Reads plain arrays and knows no solver."""
+"""What a run leaves behind: frames, pictures, film, report, checkpoint. It reads plain arrays and knows no solver."""

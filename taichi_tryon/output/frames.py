@@ -132,7 +132,7 @@ def read_frame(path: Path | str) -> tuple[GarmentFrame, ...]:
         RunError: the file cannot be read.
     """
     try:
-        mesh = meshio.read(path, file_format="vtu")
+        mesh = meshio.vtu.read(str(path))  # meshio.read would end the program at a broken file
     except (OSError, ValueError, meshio.ReadError, ElementTree.ParseError) as fault:
         raise RunError(f"{path}: cannot be read as a frame: {fault}") from fault
     triangles = mesh.cells_dict["triangle"]
@@ -202,8 +202,8 @@ def _merge(index: int, garments: Sequence[GarmentFrame]) -> meshio.Mesh:
             if set(one) != set(two):
                 names = ", ".join(sorted(set(one) ^ set(two)))
                 raise RunError(f"frame {index}: {first.name} and {other.name} do not both have the arrays {names}")
-    starts = np.cumsum([0] + [len(garment.positions) for garment in garments])
-    triangles = np.concatenate([np.asarray(g.triangles) + start for g, start in zip(garments, starts)])
+    starts = np.cumsum([0] + [len(garment.positions) for garment in garments[:-1]])
+    triangles = np.concatenate([np.asarray(g.triangles) + start for g, start in zip(garments, starts, strict=True)])
     owner = [np.full(len(g.positions), number, np.int32) for number, g in enumerate(garments)]
     which = [np.full(len(g.triangles), number, np.int32) for number, g in enumerate(garments)]
 
@@ -231,5 +231,5 @@ def _entries_before(collection: Path, index: int) -> list[tuple[int, float, int,
             if int(number) < index:
                 entries.append((int(number), float(item.attrib["timestep"]), int(item.attrib["part"]), stem))
     except (ElementTree.ParseError, KeyError, ValueError) as fault:
-        raise RunError(f"{collection}: is not a list of frames of this program ({fault}); remove it to go on") from fault
+        raise RunError(f"{collection}: is not a list of frames ({fault}); remove it to go on") from fault
     return entries

@@ -29,7 +29,9 @@ class VideoWriter:
         self._shape: tuple[int, int] | None = None
 
     def add(self, rgb: np.ndarray) -> None:
-        """Append a picture, uint8 (h, w, 3); all of one size. H.264 wants even sizes: an odd last row or column is doubled.
+        """Append a picture, uint8 (h, w, 3); all of one size.
+
+        H.264 wants even sizes: an odd last row or column is doubled.
 
         Raises:
             RunError: wrong type or size, or the encoder refuses.

@@ -55,11 +55,12 @@ class ContactSpec(Spec):
     """Contact of cloth and body."""
 
     friction: float = Field(0.3, ge=0, le=2, description="Coulomb friction coefficient of cloth on body")
-    thickness_mm: float = Field(0.6, ge=0, le=10, description="distance of the cloth's middle surface from the skin")
-    stiffness_N_per_m3: float = Field(
-        1.0e7, ge=1e4, le=1e10, description="contact pressure for each metre that the cloth comes too near"
+    thickness_mm: float = Field(
+        0.5, gt=0, le=10, description="distance t from the skin at which the cloth's middle surface begins to feel it"
     )
-    body_margin_mm: float = Field(20.0, gt=0, le=200, description="distance from the skin within which gaps are known")
+    stiffness_N_per_m3: float = Field(
+        1.0e7, ge=1e4, le=1e10, description="k: at the depth d below t the pressure is k d^2 / t, at the skin k t"
+    )
 
 
 class SolverSpec(Spec):
@@ -67,9 +68,14 @@ class SolverSpec(Spec):
 
     step_s: float = Field(1 / 60, gt=0, le=0.1, description="time step, where nothing asks for a smaller one")
     min_step_s: float = Field(1e-5, gt=0, le=0.1, description="smaller steps are not tried: the run fails")
-    max_newton_iterations: int = Field(8, ge=1, le=200, description="Newton iterations a step; 1: linearly implicit")
+    max_newton_iterations: int = Field(
+        2, ge=1, le=200, description="Newton iterations a step, twice as many while settling; 1: linearly implicit"
+    )
     newton_tolerance: float = Field(
-        1e-2, gt=0, lt=1, description="a step is solved when its residual has fallen to this part of the first"
+        0.05, gt=0, lt=1, description="a step is solved when its out-of-balance force is this part of the weight"
+    )
+    longest_move_mm: float = Field(
+        20.0, gt=0, le=100, description="no vertex goes further in one Newton iteration: it must not jump over a limb"
     )
     linear_tolerance: float = Field(1e-2, gt=0, lt=1, description="relative residual at which conjugate gradients stop")
     max_linear_iterations: int = Field(500, ge=1, le=100_000, description="conjugate-gradient steps a Newton iteration")
@@ -97,7 +103,6 @@ class SettleSpec(Spec):
 
     residual: float = Field(1e-2, gt=0, le=1, description="net force on free vertices over weight, 2-norms")
     max_time_s: float = Field(20.0, ge=0, le=3600, description="simulated time given to reach it")
-    max_steps: int = Field(5000, ge=0, le=1_000_000, description="time steps given to reach it")
 
 
 class OutputSpec(Spec):

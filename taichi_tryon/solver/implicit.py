@@ -61,9 +61,11 @@ class StepResult:
 class ImplicitStep:
     """Positions ``x``, velocities ``v`` and laws of the cloth, and the step that moves them on."""
 
-    def __init__(self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, free=None):
+    def __init__(
+        self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, clock, free=None
+    ):
         """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv,) bool, False where held."""
-        self.nv, self.settings = cloth.vertex_count, settings
+        self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
         self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
         )
@@ -106,6 +108,7 @@ class ImplicitStep:
         self.contact.bind(dt * inertia)
         residual = self._gather(inverse_dt)[0]
         newton = linear = 0
+        progress = False
         while newton < s.max_newton_iterations:
             before = self._potential(inverse_dt)
             self.matrix.assemble(inverse_dt)
@@ -114,12 +117,13 @@ class ImplicitStep:
             share = self._search(before, inverse_dt)
             if share == 0.0:
                 break
+            progress = True
             self.contact.bind(0.0)
             residual = self._gather(inverse_dt)[0]
             if residual <= s.tolerance:
                 break
         moved = self._farthest()
-        accepted = bool(np.isfinite(residual) and newton > 0 and (share > 0.0 or residual <= s.tolerance))
+        accepted = bool(np.isfinite(residual) and (progress or residual <= s.tolerance))
         if accepted:
             self._finish(inverse_dt * inertia)
             self.contact.end_step()
@@ -129,7 +133,8 @@ class ImplicitStep:
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
-        self.contact.evaluate()
+        with self.clock("contact"):
+            self.contact.evaluate()
 
     def _search(self, before: float, inverse_dt: float) -> float:
         """Go along d as far as Phi falls; returns the share of d gone, 0 where no share lowers it."""
@@ -245,6 +250,44 @@ class ImplicitStep:
         return float(self.peaks.to_numpy().max())
 
     # -- what others ask ------------------------------------------------------------------------------------------
+
+    def compile(self) -> None:
+        """Compile every kernel of a step, so that the first step costs no more than the others."""
+        self.balance()
+        self._begin(1.0)
+        self._gather(1.0)
+        self._potential(1.0)
+        self.matrix.assemble(1.0)
+        self.linear.solve(0.5, 1, self.reach)
+        self._longest_direction()
+        self._keep_base()
+        self._move(0.0)
+        self._farthest()
+        self._restore()
+        self.contact.end_step()
+        self._finish(0.0)
+        self.fastest()
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What the next step depends on."""
+        return {
+            "positions": self.x.to_numpy(),
+            "velocities": self.v.to_numpy(),
+            "slip": self.contact.slip.to_numpy(),
+            "rotation": self.elastic.rotation.to_numpy(),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``."""
+        self.x.from_numpy(state["positions"])
+        self.v.from_numpy(state["velocities"])
+        self.contact.slip.from_numpy(state["slip"])
+        self.elastic.rotation.from_numpy(state["rotation"])
+
+    def net_forces(self) -> np.ndarray:
+        """(nv, 3) net force [N] on each vertex at rest where the cloth is; zero in equilibrium and where held."""
+        self.balance()
+        return self.force.to_numpy()
 
     def fastest(self) -> float:
         """Greatest speed of a vertex [m/s]."""

@@ -1,4 +1,4 @@
-"""Words and colour bars on pictures. GGUI's own widgets are not drawn off the screen, so this works on finished pictures."""
+"""Words and colour bars on finished pictures: GGUI's own widgets are not drawn off the screen."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TICKS = 5
 
 
 def annotate(image: np.ndarray, title: str = "", scale: Scale | None = None) -> np.ndarray:
-    """A copy of a picture, uint8 (h, w, 3), with a title at the top left and the colour bar of ``scale`` at the bottom."""
+    """A copy of a picture, uint8 (h, w, 3), with a title (top left) and the colour bar of ``scale`` (bottom)."""
     picture = Image.fromarray(image)
     draw = ImageDraw.Draw(picture)
     size = max(10, picture.height // 44)

@@ -25,7 +25,7 @@ _DIVERGING = np.array(
 
 
 def parse_color(text: str) -> tuple[float, float, float]:
-    """"#rrggbb" to sRGB in 0..1.
+    """sRGB in 0..1 of "#rrggbb".
 
     Raises:
         InputError: anything else.

@@ -94,15 +94,11 @@ def view_camera(
     return Camera(target + max(distance, 1e-3) * direction, target, up, fov_deg)
 
 
-def view_cameras(
-    names: Iterable[str], bounds: tuple[np.ndarray, np.ndarray], aspect: float
-) -> dict[str, Camera]:
+def view_cameras(names: Iterable[str], bounds: tuple[np.ndarray, np.ndarray], aspect: float) -> dict[str, Camera]:
     """``view_camera`` for several views, all from the same distance: side by side the scale is the same."""
     cameras = {name: view_camera(name, bounds, aspect) for name in names}
     farthest = max(camera.distance for camera in cameras.values())
-    return {
-        name: replace(camera, eye=camera.target + farthest * camera.axes[2]) for name, camera in cameras.items()
-    }
+    return {name: replace(camera, eye=camera.target + farthest * camera.axes[2]) for name, camera in cameras.items()}
 
 
 def bounds_of(points: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ class Pieces:
         self._parent, self._weights = cut_along_lines(self._weave)
 
     def of(self, draw: DrawList) -> tuple[np.ndarray, np.ndarray]:
-        """(parent (m,) int32, weights (m, 3, 3) float32): see ``cut_along_lines``; triangles without weave stay whole."""
+        """(parent (m,) int32, weights (m, 3, 3) float32) as of ``cut_along_lines``; plain triangles stay whole."""
         has_weave = draw.style[draw.mesh, 1] > 0
         weave = draw.weave[has_weave]
         if not np.array_equal(weave, self._weave):

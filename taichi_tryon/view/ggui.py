@@ -1,7 +1,8 @@
 """The renderer on Taichi's GGUI: off the screen for pictures, on it for the window of ``view``.
 
-GGUI lights one side of a surface and knows neither hidden sky nor weave; so the light is computed in our own kernel, at the
-corners of triangles cut along the check's lines, and GGUI draws the colours as they are. It needs Vulkan, in hardware or software.
+GGUI lights one side of a surface and knows neither hidden sky nor weave; so the light is computed in our own kernel, at
+the corners of triangles cut along the check's lines, and GGUI draws the colours as they are. It needs Vulkan, in
+hardware or software.
 """
 
 from __future__ import annotations
@@ -19,20 +20,34 @@ from taichi_tryon.view.occlusion import Occlusion
 from taichi_tryon.view.shading import BACKGROUND, vec3
 
 SUPERSAMPLING = 2
-HOW_TO_GET = "GGUI needs Vulkan (on Debian: apt-get install libvulkan1 mesa-vulkan-drivers)"
+PACKAGES = "libvulkan1 mesa-vulkan-drivers"
+
+
+_open: list[ti.ui.Window] = []
 
 
 def open_window(title: str, size: tuple[int, int], show: bool) -> ti.ui.Window:
-    """A GGUI window, on or off the screen.
+    """A GGUI window, on or off the screen; give it back by ``close_window``.
 
     Raises:
-        RunError: no Vulkan, or no display for a window that is to be shown.
+        RunError: no Vulkan, or a window is open already: Taichi crashes when one of two closes, or when it is started
+            anew while one is open.
     """
+    if _open:
+        raise RunError("no second GGUI window: Taichi bears one at a time; close the first")
     try:
-        return ti.ui.Window(title, size, vsync=show, show_window=show)
+        window = ti.ui.Window(title, size, vsync=show, show_window=show)
     except Exception as fault:  # Taichi raises bare RuntimeErrors and Exceptions here
-        reason = " ".join(str(fault).split())[:120]
-        raise RunError(f"no GGUI {'window' if show else 'renderer'}: {HOW_TO_GET}; Taichi says: {reason}") from fault
+        raise RunError(f"no GGUI: it needs Vulkan (on Debian: apt-get install {PACKAGES})") from fault
+    _open.append(window)
+    return window
+
+
+def close_window(window: ti.ui.Window) -> None:
+    """Close a window of ``open_window``; may be called twice."""
+    if window in _open:
+        _open.remove(window)
+        window.destroy()
 
 
 class GguiScene:
@@ -132,4 +147,4 @@ class GguiRenderer:
     def close(self) -> None:
         """Give window and fields back."""
         self._scene.close()
-        self._window.destroy()
+        close_window(self._window)

@@ -10,7 +10,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon.errors import RunError
-from taichi_tryon.view.ggui import GguiScene, open_window
+from taichi_tryon.view.ggui import GguiScene, close_window, open_window
 from taichi_tryon.view.mesh import DrawList, Mesh
 from taichi_tryon.view.occlusion import Occlusion
 from taichi_tryon.view.orbit import HELP, Controls
@@ -70,7 +70,7 @@ class Viewer:
             self._write_texts(more)
             window.show()
         self._scene.close()
-        window.destroy()
+        close_window(window)
 
     def _draw_list(self) -> DrawList:
         return self._occlusion.apply(DrawList.of(self._meshes()))
@@ -92,4 +92,4 @@ def require_display() -> None:
         RunError: no display.
     """
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RunError("view: no display on this machine (neither DISPLAY nor WAYLAND_DISPLAY is set); use run for pictures")
+        raise RunError("view: no display on this machine (DISPLAY and WAYLAND_DISPLAY are unset); use run for pictures")

@@ -91,32 +91,34 @@ class DrawList:
         meshes = [mesh for mesh in meshes if len(mesh.triangles)]
         if not meshes:
             raise RunError("there is nothing to draw: no mesh has a triangle")
-        starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+        starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
         vertices = np.concatenate([np.asarray(mesh.vertices, np.float32) for mesh in meshes])
         if not np.isfinite(vertices).all():
             raise RunError("a mesh to draw has a vertex that is not a finite number")
         normals = [
             vertex_normals(mesh.vertices, mesh.triangles) if mesh.normals is None else mesh.normals for mesh in meshes
         ]
+        triangles = [np.asarray(mesh.triangles) + start for mesh, start in zip(meshes, starts, strict=True)]
         style = np.zeros((len(meshes), 6), np.float32)
         weave = []
-        for row, mesh in zip(style, meshes):
+        for row, mesh in zip(style, meshes, strict=True):
             row[0], row[5] = mesh.two_sided, mesh.sheen
             if mesh.weave is None:
                 weave.append(np.zeros((len(mesh.triangles), 3, 2), np.float32))
             else:
                 row[1], row[2:5] = 1, linear(mesh.weave.color)
                 weave.append(np.asarray(mesh.weave.coordinates, np.float32) / np.float32(mesh.weave.size))
-        return DrawList(
+        arrays = dict(
             vertices=vertices,
             normals=np.concatenate(normals).astype(np.float32),
             openness=np.ones((len(vertices), 2), np.float32),
-            triangles=np.concatenate([np.asarray(m.triangles) + s for m, s in zip(meshes, starts)]).astype(np.int32),
+            triangles=np.concatenate(triangles).astype(np.int32),
             colors=np.concatenate([linear(mesh.corner_colors) for mesh in meshes]).astype(np.float32),
             weave=np.concatenate(weave),
             mesh=np.repeat(np.arange(len(meshes), dtype=np.int32), [len(mesh.triangles) for mesh in meshes]),
             style=style,
         )
+        return DrawList(**{name: np.ascontiguousarray(values) for name, values in arrays.items()})
 
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """How much of the sky each vertex sees: depth in folds, under arms and between legs, for both renderers.
 
-The scene is drawn into small depth maps from many directions without perspective; a vertex sees a direction when it is not
-behind the map's depth. That is ambient occlusion by shadow maps: cheap, and the same for all views of one instant.
+The scene is drawn into small depth maps from many directions without perspective; a vertex sees a direction when it is
+not behind the map's depth. That is ambient occlusion by shadow maps: cheap, and the same for all views of one instant.
 """
 
 from dataclasses import replace
@@ -13,8 +13,9 @@ import taichi.math as tm
 from taichi_tryon.view.mesh import DrawList
 from taichi_tryon.view.zbuffer import edge
 
-DIRECTIONS = 20
-RESOLUTION = 224
+DIRECTIONS = 24
+RESOLUTION = 192
+_SMOOTHING = 3  # rounds: shadows of single directions leave no edges on the skin
 _OFFSET = 0.008  # m along the normal before asking: a surface does not hide itself
 _FLOOR = 0.25  # light from below is that part of the light from above
 
@@ -32,9 +33,22 @@ class Occlusion:
         center, radius = (low + high) / 2, float(np.linalg.norm(high - low) / 2) + 1e-6
         openness = np.empty((len(draw.vertices), 2), np.float32)
         middle = ti.types.vector(3, ti.f32)(*center)
-        fill_maps(draw.vertices, draw.triangles, self._frames, self._maps, middle, radius)
+        placed = np.empty((DIRECTIONS, len(draw.vertices), 3), np.float32)
+        fill_maps(draw.vertices, draw.triangles, self._frames, self._maps, placed, middle, radius)
         ask_maps(draw.vertices, draw.normals, self._frames, self._maps, openness, middle, radius)
-        return replace(draw, openness=openness)
+        return replace(draw, openness=_smoothed(openness, draw.triangles))
+
+
+def _smoothed(values: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Values (n, k) at vertices after some rounds of averaging over the triangles around."""
+    index = triangles.ravel()
+    count = np.maximum(np.bincount(index, minlength=len(values)), 1)
+    lonely = np.bincount(index, minlength=len(values)) == 0
+    for _ in range(_SMOOTHING):
+        mean = np.repeat(values[triangles].mean(axis=1), 3, axis=0)
+        total = [np.bincount(index, mean[:, k], len(values)) / count for k in range(values.shape[1])]
+        values = np.where(lonely[:, None], values, np.stack(total, axis=1)).astype(np.float32)
+    return np.ascontiguousarray(values)
 
 
 def frames(count: int) -> np.ndarray:
@@ -64,16 +78,22 @@ def fill_maps(
     triangles: ti.types.ndarray(dtype=ti.i32, ndim=2),
     frames: ti.types.ndarray(dtype=ti.f32, ndim=3),
     maps: ti.types.ndarray(dtype=ti.i32, ndim=3),
+    placed: ti.types.ndarray(dtype=ti.f32, ndim=3),
     center: ti.types.vector(3, ti.f32),
     radius: ti.f32,
 ):
+    """maps: depth of the front-most surface, in 2^-28; placed (directions, nv, 3): room for the vertices on the maps."""
     for d, i, j in maps:
         maps[d, i, j] = 2**30
+    for d, v in ti.ndrange(maps.shape[0], vertices.shape[0]):
+        at = _place(frames, d, tm.vec3(vertices[v, 0], vertices[v, 1], vertices[v, 2]) - center, radius)
+        for k in ti.static(range(3)):
+            placed[d, v, k] = ti.cast(at[k], ti.f32)
     for d, t in ti.ndrange(maps.shape[0], triangles.shape[0]):
         i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        a = _place(frames, d, tm.vec3(vertices[i, 0], vertices[i, 1], vertices[i, 2]) - center, radius)
-        b = _place(frames, d, tm.vec3(vertices[j, 0], vertices[j, 1], vertices[j, 2]) - center, radius)
-        c = _place(frames, d, tm.vec3(vertices[k, 0], vertices[k, 1], vertices[k, 2]) - center, radius)
+        a = tm.vec3(placed[d, i, 0], placed[d, i, 1], placed[d, i, 2])
+        b = tm.vec3(placed[d, j, 0], placed[d, j, 1], placed[d, j, 2])
+        c = tm.vec3(placed[d, k, 0], placed[d, k, 1], placed[d, k, 2])
         area = edge(a[0], a[1], b[0], b[1], c[0], c[1])
         if area != 0:
             x0 = ti.max(ti.cast(ti.ceil(ti.min(a[0], b[0], c[0]) - 0.5), ti.i32), 0)

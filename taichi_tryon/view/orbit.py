@@ -96,7 +96,7 @@ class Controls:
         self._cursor: tuple[float, float] | None = None
 
     def press(self, key: str) -> None:
-        """A key went down, named as by GGUI, which tells of letters, SPACE, arrows and the like, not of digits and signs."""
+        """A key went down, by GGUI's name; GGUI tells of letters, SPACE and arrows, not of digits and signs."""
         if key == " ":
             self.paused = not self.paused
         elif key == "n":

@@ -44,9 +44,7 @@ class RasterRenderer:
         visible = screen[screen[:, 2] > 0, 2]
         if visible.size:
             nearest, farthest = 1.0001 * float(visible.max()), 0.9999 * float(visible.min())
-            zbuffer.fill(
-                screen, draw.triangles, draw.mesh, draw.style, self._words, nearest, farthest, width, height
-            )
+            zbuffer.fill(screen, draw.triangles, draw.mesh, draw.style, self._words, nearest, farthest, width, height)
         shade(
             self._words, screen, draw.vertices, draw.normals, draw.openness, draw.triangles, draw.colors, draw.weave,
             draw.mesh, draw.style, self._image, axes, vec3(*eye), vec3(*BACKGROUND),
@@ -124,9 +122,7 @@ def shade(
                 )
             total += color
         for k in ti.static(range(3)):
-            image[row, column, k] = ti.cast(
-                tm.clamp(total[k] / SUPERSAMPLING**2, 0.0, 1.0) * 255.0 + 0.5, ti.u8
-            )
+            image[row, column, k] = ti.cast(tm.clamp(total[k] / SUPERSAMPLING**2, 0.0, 1.0) * 255.0 + 0.5, ti.u8)
 
 
 @ti.func
@@ -153,7 +149,5 @@ def _stripes_per_metre(weave: ti.template(), vertices: ti.template(), corner, t)
     """How many stripes pass per metre of cloth along the triangle's first edge."""
     a, b = corner[0], corner[1]
     along = tm.vec2(weave[t, 1, 0] - weave[t, 0, 0], weave[t, 1, 1] - weave[t, 0, 1])
-    edge = tm.vec3(
-        vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-    )
+    edge = tm.vec3(vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2])
     return tm.length(along) / tm.max(tm.length(edge), 1e-9)

@@ -9,7 +9,7 @@ import numpy as np
 
 from taichi_tryon.errors import InputError, RunError
 from taichi_tryon.view.camera import Camera
-from taichi_tryon.view.ggui import HOW_TO_GET, GguiRenderer
+from taichi_tryon.view.ggui import GguiRenderer
 from taichi_tryon.view.mesh import DrawList, Mesh
 from taichi_tryon.view.raster import RasterRenderer
 
@@ -47,7 +47,7 @@ def make_renderer(size: tuple[int, int], prefer: str = "auto") -> tuple[Renderer
         return RasterRenderer(size), None
     try:
         return GguiRenderer(size), None
-    except RunError:
+    except RunError as fault:
         if prefer == "ggui":
             raise
-    return RasterRenderer(size), f"pictures by the built-in rasteriser: {HOW_TO_GET}"
+        return RasterRenderer(size), f"pictures by the built-in rasteriser; {fault}"

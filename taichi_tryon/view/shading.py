@@ -1,6 +1,6 @@
 """The one law of light: both renderers call it, so that their pictures agree.
 
-A studio: key light from the upper left of the camera, weak fill from the right, and a sky that the surroundings may hide.
+A studio: key light from the upper left of the camera, weak fill from the right, and a sky that surroundings may hide.
 All colours are linear here.
 """
 
@@ -50,7 +50,7 @@ def lit(albedo, normal, view, openness, inside, sheen, right, up, back):
     from_key = tm.max((tm.dot(normal, key) + 0.15) / 1.15, 0.0)
     from_fill = tm.max((tm.dot(normal, fill) + 0.3) / 1.3, 0.0)
     sky = 0.80 + 0.20 * normal[1]
-    light = 0.42 * sky * openness + 0.74 * from_key * (0.3 + 0.7 * openness) + 0.14 * from_fill * openness
+    light = 0.36 * sky * openness + 0.84 * from_key * (0.25 + 0.75 * openness) + 0.13 * from_fill * openness
     rim = 1.0 - tm.clamp(tm.dot(normal, view), 0.0, 1.0)
     shade = 1.0 - (1.0 - _INSIDE) * inside
     return albedo * light * shade + sheen * rim * rim * rim * openness * shade

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -46,8 +47,6 @@ def turn_round():
     """The same panel with its loop the other way."""
 
     def turn(panel: Panel) -> Panel:
-        return Panel(
-            panel.name, tuple(edge.turned_round() for edge in reversed(panel.edges)), panel.grain, panel.levels
-        )
+        return replace(panel, edges=tuple(edge.turned_round() for edge in reversed(panel.edges)))
 
     return turn

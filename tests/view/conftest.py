@@ -12,12 +12,12 @@ from taichi_tryon.view.raster import RasterRenderer
 SIZE = (160, 120)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def raster(_taichi):
     return RasterRenderer(SIZE)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def ggui(_taichi):
     try:
         renderer = GguiRenderer(SIZE)
@@ -37,7 +37,7 @@ def shapes():
     return SimpleNamespace(tetrahedron=_tetrahedron, sheet=_sheet, sphere=_sphere)
 
 
-def tetrahedron(size=1.0, shift=(0, 0, 0)):
+def _tetrahedron(size=1.0, shift=(0, 0, 0)):
     """Asymmetric, closed, outward."""
     vertices = size * np.array([[0, 0, 0], [1.0, 0, 0.1], [0.2, 1.4, 0], [0.3, 0.2, 0.8]]) + shift
     return vertices, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -63,5 +63,6 @@ def _sphere(radius=1.0, rings=24):
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     triangles = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, c, b), (a, d, c))])
     vertices = vertices.reshape(-1, 3)
-    area = np.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]], vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    area = np.cross(b - a, c - a)
     return vertices, triangles[np.linalg.norm(area, axis=1) > 1e-12]

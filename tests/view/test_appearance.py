@@ -21,7 +21,7 @@ def test_plain_cloth_has_no_weave_and_checked_cloth_a_paler_second_yarn():
     assert cloth(POINTS, TRIANGLES, rest, "#336699").weave is None
     weave = cloth(POINTS, TRIANGLES, rest, "#336699", 0.04).weave
     assert weave.size == 0.04
-    assert all(second > first for first, second in zip(parse_color("#336699"), weave.color))
+    assert all(second > first for first, second in zip(parse_color("#336699"), weave.color, strict=True))
 
 
 def test_scale_runs_from_end_to_end_and_holds_outside():

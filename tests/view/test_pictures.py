@@ -41,7 +41,8 @@ def test_without_images_only_the_film_is_fed(raster, tmp_path):
 
 def test_map_pictures_have_title_and_bar(raster, tmp_path):
     scale = Scale("height [m]", 0.0, 1.4)
-    pictures(raster, tmp_path).take_map("height", [value_map(VERTICES, TRIANGLES, VERTICES[:, 1], scale)], "height", scale)
+    heights = value_map(VERTICES, TRIANGLES, VERTICES[:, 1], scale)
+    pictures(raster, tmp_path).take_map("height", [heights], "height", scale)
     image = read_png(tmp_path / "images" / "height_front.png")
     assert image.shape == (120, 160, 3)
     assert (image[-34:-24].astype(int).max(axis=2) - image[-34:-24].min(axis=2)).max() > 100

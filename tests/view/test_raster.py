@@ -31,8 +31,8 @@ def test_no_holes_between_neighbouring_triangles(raster, shapes):
 def test_triangles_behind_the_camera_are_left_out(raster, shapes):
     points, triangles, _ = shapes.sheet()
     camera = Camera(np.array([0, 0, 1.0]), np.zeros(3))
-    in_front = raster.render([Mesh(points, triangles, (0.5, 0.5, 0.5))], camera)
-    both = raster.render([Mesh(points, triangles, (0.5, 0.5, 0.5)), Mesh(points + [0, 0, 3], triangles, (1, 0, 0))], camera)
+    grey, behind = Mesh(points, triangles, (0.5, 0.5, 0.5)), Mesh(points + [0, 0, 3], triangles, (1, 0, 0))
+    in_front, both = raster.render([grey], camera), raster.render([grey, behind], camera)
     assert (both[:, :, 0] <= in_front[:, :, 0] + 1).all()
 
 

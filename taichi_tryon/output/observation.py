@@ -1,0 +1,35 @@
+"""What is known of the cloth at one instant, in plain arrays: the source of frames, maps and report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One garment, or all of them, at one instant; nv vertices, nt triangles, ns contact samples.
+
+    positions, velocities, net_forces (nv, 3) [m, m/s, N]; weights (nv,) [N]; gaps (nv,) [m] from the skin;
+    pressures (nv,) [Pa]; strains: arrays (nt,) by name; depths (nt,) [m] of the deepest point inside the body, with
+    how many of the points looked at lie inside (``inside``, ``samples`` (nt,)); contact: pressures (ns,) [Pa] and areas
+    (ns,) [m^2] of the contact samples; energies [J] by name; crossings (k, 2) pairs of triangles.
+    """
+
+    name: str
+    triangles: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    net_forces: np.ndarray
+    weights: np.ndarray
+    gaps: np.ndarray
+    pressures: np.ndarray
+    strains: dict[str, np.ndarray]
+    depths: np.ndarray
+    inside: np.ndarray
+    samples: np.ndarray
+    contact_pressures: np.ndarray
+    contact_areas: np.ndarray
+    energies: dict[str, float]
+    crossings: np.ndarray

@@ -1,0 +1,74 @@
+"""``report.json``: what was computed, what it cost, and how good it is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from platform import python_version
+
+import numpy as np
+
+from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.maps import weighted_percentiles
+from taichi_tryon.output.observation import Observation
+
+SCHEMA = 1
+
+
+def quality(seen: Observation) -> dict:
+    """The quality fields of an observation; see the interface's description of report.json."""
+    strain = {}
+    for key in ("warp", "weft"):
+        values = np.abs(seen.strains[f"strain_{key}_percent"])
+        strain[key] = dict(zip(("p50", "p99", "max"), _percentiles(values, (50, 99, 100)), strict=True))
+    shear = np.abs(seen.strains["shear_degree"])
+    touching = seen.contact_pressures > 0
+    pressure = weighted_percentiles(
+        seen.contact_pressures[touching] / 1000, seen.contact_areas[touching], (50, 95, 100)
+    )
+    return {
+        "residual_relative": _round(np.linalg.norm(seen.net_forces) / np.linalg.norm(seen.weights)),
+        "speed_max_mm_s": _round(1000 * np.linalg.norm(seen.velocities, axis=1).max()),
+        "penetration_mm": _round(1000 * seen.depths.max()),
+        "penetrating_samples_percent": _round(100 * seen.inside.sum() / seen.samples.sum()),
+        "strain_percent": strain,
+        "shear_degree": dict(zip(("p99", "max"), _percentiles(shear, (99, 100)), strict=True)),
+        "gap_mm": dict(zip(("p50", "p95", "max"), _percentiles(1000 * seen.gaps, (50, 95, 100)), strict=True)),
+        "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / seen.contact_areas.sum()),
+        "pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, pressure), strict=True)),
+        "energy_J": {name: _round(value) for name, value in seen.energies.items()},
+        "crossing_triangle_pairs": int(len(seen.crossings)),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computed the result."""
+    return {name: metadata.version(name) for name in ("taichi_tryon", "taichi", "numpy")} | {"python": python_version()}
+
+
+def mesh_figures(edge_lengths: np.ndarray, vertices: int, triangles: int, min_angle_deg: float) -> dict:
+    """Sizes of the mesh; edge_lengths (ne,) [m] at rest."""
+    mm = 1000 * edge_lengths
+    return {
+        "vertices": vertices,
+        "triangles": triangles,
+        "edge_length_mm": {"mean": _round(mm.mean()), "min": _round(mm.min()), "max": _round(mm.max())},
+        "min_angle_deg": _round(min_angle_deg),
+    }
+
+
+def write(folder: Path, report: Mapping) -> None:
+    """Write ``report.json``, whole or not at all. A number that is not finite is an error, never written."""
+    text = json.dumps({"schema": SCHEMA, **report}, indent=2, allow_nan=False) + "\n"
+    replace_atomically(folder / "report.json", lambda path: path.write_text(text))
+
+
+def _percentiles(values: np.ndarray, percents: tuple[float, ...]) -> list[float]:
+    return [_round(value) for value in np.percentile(values, percents)]
+
+
+def _round(value: float) -> float:
+    """Six digits: no reader wants more, and none is lost."""
+    return float(f"{float(value):.6g}")

@@ -1,0 +1,269 @@
+"""``run``: a scene from file to worn shape, with everything written on the way."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tryon import progress as progress_report
+from taichi_tryon import runtime
+from taichi_tryon.dressing.place import disk_frame
+from taichi_tryon.errors import RunError, TryonError
+from taichi_tryon.observe import Observer
+from taichi_tryon.output import checkpoint, report
+from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.recorder import Recorder
+from taichi_tryon.scene.models import SceneSpec
+from taichi_tryon.scene.resolved import to_yaml
+from taichi_tryon.setup import Setup, prepare
+from taichi_tryon.simulation import Simulation
+from taichi_tryon.timing import PROCESS_START, Stopwatch
+from taichi_tryon.units import MM
+
+EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
+# wall-clock seconds between checkpoints
+CHECKPOINT_EVERY = 30.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended, and where its files are."""
+
+    status: str
+    reason: str
+    output: Path
+
+    @property
+    def exit_code(self) -> int:
+        return EXIT_CODES[self.status]
+
+
+def run_scene(
+    scene: SceneSpec,
+    output: Path,
+    *,
+    arch: str | None = None,
+    resume: bool = False,
+    progress: progress_report.Report = progress_report.silent,
+) -> Result:
+    """Run a scene and write the output folder. Raises InputError before anything is written where the input is at fault."""
+    clock = Stopwatch()
+    text = to_yaml(scene)
+    state = checkpoint.load(output, text) if resume else None
+    with clock("startup"):
+        device = runtime.start(arch, scene.solver.precision, scene.solver.threads)
+    clock.seconds["startup"] += time.perf_counter() - PROCESS_START - clock.seconds["startup"]
+    progress("prepare", 0.0)
+    setup = prepare(scene, clock)
+    progress("compile", 0.0)
+    simulation = Simulation(setup, clock)
+    with log_to(output):
+        return _Run(simulation, output, text, clock, device, progress, state).go()
+
+
+class _Run:
+    """One run: its loop, its end, its report."""
+
+    def __init__(self, simulation, output, text, clock, device, progress, state):
+        self.simulation, self.output, self.clock = simulation, output, clock
+        self.device, self.text, self.progress = device, text, progress
+        self.log = logging.getLogger("taichi_tryon")
+        frame = 0
+        self.next_frame = 0.0
+        if state is not None:
+            frame, self.next_frame = int(state.pop("frame_index")), float(state.pop("next_frame"))
+            simulation.restore(state)
+        with clock("output"):
+            replace_atomically(output / "scene.yaml", lambda path: path.write_text(text))
+            self.observer = Observer(simulation)
+            self.recorder = Recorder(self.observer, output, frame)
+        if self.recorder.message:
+            self.log.warning(self.recorder.message)
+        self.interval = 1.0 / simulation.scene.output.frames_per_s
+        self.step_seconds: list[float] = []
+        self.warnings = [note for garment in simulation.setup.garments for note in garment.dressed.notes]
+        if self.recorder.message:
+            self.warnings.append(self.recorder.message)
+
+    def go(self) -> Result:
+        try:
+            with stop_by_signal():
+                self._loop()
+            status, reason = self._outcome()
+        except KeyboardInterrupt:
+            status, reason = "interrupted", "stopped by the user; --resume goes on from here"
+        except RunError as fault:
+            status, reason = "failed", str(fault)
+        self._end(status, reason)
+        self.log.info("%s: %s", status, reason)
+        return Result(status, reason, self.output)
+
+    def _loop(self) -> None:
+        simulation, saved = self.simulation, time.monotonic()
+        self.picture = None
+        if self.recorder.index == 0:
+            self._record()
+        while not simulation.finished:
+            phase, begin = simulation.progress.phase, time.perf_counter()
+            simulation.advance()
+            self.step_seconds.append(time.perf_counter() - begin)
+            p = simulation.progress
+            self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
+            if phase != "settle" and p.time >= self.next_frame - 1e-9:
+                self._record()
+            if phase != p.phase:
+                self.log.info("%s done after %d steps, %.3f s simulated", phase, p.steps, p.time)
+            if time.monotonic() - saved > CHECKPOINT_EVERY:
+                self._save()
+                saved = time.monotonic()
+        self._record()
+
+    def _record(self) -> None:
+        with self.clock("output"):
+            self.picture = self.recorder.record()
+        self.next_frame = (int(self.simulation.progress.time / self.interval + 1e-9) + 1) * self.interval
+
+    def _save(self) -> None:
+        with self.clock("output"):
+            state = self.simulation.state()
+            state |= {"frame_index": np.array(self.recorder.index), "next_frame": np.array(self.next_frame)}
+            checkpoint.save(self.output, self.text, state)
+
+    def _outcome(self) -> tuple[str, str]:
+        limit, p = self.simulation.scene.settle.residual, self.simulation.progress
+        if self.simulation.settled:
+            return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
+        if limit_is_off(self.simulation.scene):
+            return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"
+        return "failed", f"not settled: net force {p.residual:.2e} of the weight after settle.max_time_s, limit {limit:g}"
+
+    def _end(self, status: str, reason: str) -> None:
+        """Everything that can still be written is written, whatever the status."""
+        faults = []
+        for action in (self._save, lambda: self.recorder.finish(getattr(self, "picture", None))):
+            try:
+                with self.clock("output"):
+                    action()
+            except TryonError as fault:
+                faults.append(str(fault))
+        self.warnings += faults
+        report.write(self.output, self._report(status, reason))
+
+    def _report(self, status: str, reason: str) -> dict:
+        simulation, setup = self.simulation, self.simulation.setup
+        with self.clock("output"):
+            whole = report.quality(self.observer.whole())
+            parts = {seen.name: report.quality(seen) for seen in self.observer.parts()}
+        for garment in setup.garments:
+            parts[garment.name]["fit_mm"] = fit_lines(setup, garment, simulation)
+        p, steps = simulation.progress, self.step_seconds or [0.0]
+        return {
+            "scene": setup.scene.scene,
+            "status": status,
+            "reason": reason,
+            "versions": report.versions(),
+            "device": {**vars(self.device), "renderer": self.recorder.renderer_name},
+            "mesh": report.mesh_figures(
+                np.concatenate([garment.mesh.edge_lengths for garment in setup.garments]),
+                setup.cloth.vertex_count,
+                len(setup.cloth.triangles),
+                min(garment.mesh.min_angle_deg for garment in setup.garments),
+            ),
+            "run": {
+                "simulated_s": round(p.time, 6),
+                "steps": p.steps,
+                "rejected_steps": p.rejected,
+                "newton_iterations": p.newton_iterations,
+                "linear_iterations": p.linear_iterations,
+                "step_ms": {name: round(1000 * pick(steps), 3) for name, pick in _PICKS.items()},
+            },
+            "timing_s": self.clock.timings(),
+            "quality": whole,
+            "garments": parts,
+            "holds": {},
+            "skipped": skipped(setup),
+            "warnings": self.warnings,
+        }
+
+
+_PICKS = {"min": min, "mean": lambda values: sum(values) / len(values), "max": max}
+
+
+def limit_is_off(scene: SceneSpec) -> bool:
+    """Whether the scene asks for no settling at all."""
+    return scene.settle.max_time_s == 0
+
+
+def fit_lines(setup: Setup, garment, simulation: Simulation) -> dict:
+    """How far each opening of a garment lies from the plane of the disk it was laid on [mm], positive along the disk's
+    normal (towards hem, wrist, ankle)."""
+    start = next(part.vertices.start for part in setup.cloth.parts if part.name == garment.name)
+    positions = simulation.stepper.x.to_numpy()
+    result = {}
+    for line in garment.dressed.lines:
+        center, normal = disk_frame(garment.spec.dressing, line.disk, setup.body, simulation.transforms)
+        away = (positions[line.vertices + start] - center) @ normal / MM
+        result[line.name] = {
+            "mean": round(float(away.mean()), 3),
+            "min": round(float(away.min()), 3),
+            "max": round(float(away.max()), 3),
+        }
+    return result
+
+
+def skipped(setup: Setup) -> list[dict[str, str]]:
+    """What this scene did not need, and why."""
+    options, result = setup.scene.output, []
+    if setup.motion.end_time == 0:
+        result.append({"what": "motion of the body", "why": "the scene has no motion: the body's cells are listed once"})
+    if setup.scene.contact.friction == 0:
+        result.append({"what": "friction", "why": "contact.friction is 0"})
+    for what, wanted in (("pictures", options.images), ("film", options.video), ("maps", options.maps)):
+        if not wanted:
+            result.append({"what": what, "why": f"output.{'images' if what == 'pictures' else what} asks for none"})
+    result.append({"what": "contact of cloth with cloth", "why": "not part of this version"})
+    return result
+
+
+@contextmanager
+def stop_by_signal() -> Iterator[None]:
+    """SIGTERM ends a run as Ctrl-C does: everything is kept."""
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not the main thread
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def log_to(folder: Path) -> Iterator[None]:
+    """``log.txt`` in the output folder takes what the run has to say."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handler = logging.FileHandler(folder / "log.txt", mode="a")
+    except OSError as fault:
+        raise RunError(f"{folder}: cannot write the output folder: {fault.strerror}; choose another with --output") from fault
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    logger = logging.getLogger("taichi_tryon")
+    logger.setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        handler.close()

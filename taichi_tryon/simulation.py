@@ -1,0 +1,202 @@
+"""The course of a simulation: dress, drape, move, settle, one step at a time."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from taichi_tryon.body.field import BodyField
+from taichi_tryon.errors import RunError
+from taichi_tryon.setup import Setup
+from taichi_tryon.solver.implicit import ImplicitStep, StepSettings
+from taichi_tryon.timing import Stopwatch
+from taichi_tryon.units import MM
+
+PHASES = ("dress", "drape", "move", "settle")
+# dressing is over when no vertex moves further in a step [m], or after so many steps
+DRESSED_MOVE, DRESS_STEPS = 1.5e-3, 60
+# the body moves no further between two steps [m]
+BODY_MOVE = 6e-3
+# a rejected step is tried again with this share of it; after an accepted one the step grows again
+SHRINK, GROW = 0.5, 1.5
+# the longest step of settling [s], where there is no inertia left to follow
+LONGEST_SETTLING_STEP = 1.0
+
+
+@dataclass
+class Progress:
+    """Where a simulation stands, and what it has cost. All of it is in a checkpoint."""
+
+    phase: str = "dress"
+    phase_steps: int = 0
+    phase_time: float = 0.0
+    time: float = 0.0
+    dt: float = 0.0
+    steps: int = 0
+    rejected: int = 0
+    newton_iterations: int = 0
+    linear_iterations: int = 0
+    moved: float = np.inf
+    residual: float = np.inf
+
+
+class Simulation:
+    """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
+
+    dress: steps without inertia, in which the forced garment takes its own shape; drape: it falls into place; move:
+    the body goes through its motion; settle: steps without inertia and of growing length, until the net force on the
+    free vertices is below ``settle.residual`` of the weight.
+    """
+
+    def __init__(self, setup: Setup, clock: Stopwatch):
+        scene = setup.scene
+        self.setup, self.scene, self.clock = setup, scene, clock
+        contact, solver = scene.contact, scene.solver
+        self._moving = StepSettings(
+            tolerance=solver.newton_tolerance,
+            max_newton_iterations=solver.max_newton_iterations,
+            linear_tolerance=solver.linear_tolerance,
+            max_linear_iterations=solver.max_linear_iterations,
+            longest_move=solver.longest_move_mm * MM,
+            preconditioner=solver.preconditioner,
+        )
+        self._settling = replace(
+            self._moving,
+            tolerance=0.3 * scene.settle.residual,
+            max_newton_iterations=2 * solver.max_newton_iterations,
+        )
+        with clock("body"):
+            self.field = BodyField(setup.body)
+            self.transforms = setup.motion.transforms(0.0)
+            self.field.set_pose(self.transforms)
+        with clock("compile"):
+            self.stepper = ImplicitStep(
+                setup.cloth,
+                self.field,
+                setup.positions,
+                (contact.stiffness_N_per_m3, contact.thickness_mm * MM, contact.friction),
+                np.array(scene.gravity_m_s2),
+                self._moving,
+                clock,
+            )
+            self.stepper.compile()
+        self.progress = Progress(dt=solver.step_s)
+        self.step_seconds: list[float] = []
+
+    # -- course ---------------------------------------------------------------------------------------------------
+
+    @property
+    def finished(self) -> bool:
+        return self.progress.phase == "done"
+
+    @property
+    def settled(self) -> bool:
+        """Whether the net force is small enough for an equilibrium."""
+        return self.progress.residual <= self.scene.settle.residual
+
+    @property
+    def fraction(self) -> float:
+        """How far the present phase has come, 0 to 1; for settling by the fall of the residual."""
+        p, scene = self.progress, self.scene
+        if p.phase == "dress":
+            return min(1.0, p.phase_steps / 20)
+        if p.phase == "drape":
+            return p.phase_time / max(scene.drape.duration_s, 1e-9)
+        if p.phase == "move":
+            return p.phase_time / max(self.setup.motion.end_time, 1e-9)
+        if p.phase == "settle" and np.isfinite(p.residual):
+            return float(np.clip(1 - np.log10(max(p.residual / scene.settle.residual, 1.0)) / 3, 0, 1))
+        return 1.0 if p.phase == "done" else 0.0
+
+    def advance(self) -> None:
+        """One accepted step. Raises RunError when the smallest step fails; the last good state is kept."""
+        p = self.progress
+        while not self._try_step():
+            p.rejected += 1
+            p.dt *= SHRINK
+            if p.dt < self.scene.solver.min_step_s:
+                raise RunError(
+                    f"no step longer than solver.min_step_s = {self.scene.solver.min_step_s:g} s lowers the energy, "
+                    f"in phase {p.phase} at {p.time:.4f} s"
+                )
+        if self._phase_over():
+            self._next_phase()
+
+    def _try_step(self) -> bool:
+        p = self.progress
+        still = p.phase in ("dress", "settle")
+        dt = p.dt
+        if p.phase == "drape":
+            dt = min(dt, max(self.scene.drape.duration_s - p.phase_time, 1e-6))
+        before = self.transforms
+        if p.phase == "move":
+            dt = min(dt, max(self.setup.motion.end_time - p.phase_time, 1e-6))
+            dt = self._body_step(p.phase_time, dt)
+            self.transforms = self.setup.motion.transforms(p.phase_time + dt)
+            with self.clock("body"):
+                self.field.set_pose(self.transforms, before)
+        self.stepper.settings = self._settling if p.phase == "settle" else self._moving
+        with self.clock("solve"):
+            result = self.stepper.step(dt, inertia=0.0 if still else 1.0)
+        p.newton_iterations += result.newton_iterations
+        p.linear_iterations += result.linear_iterations
+        if not result.accepted:
+            self.transforms = before
+            self.field.set_pose(before)
+            return False
+        p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
+        p.time, p.phase_time = p.time + dt, p.phase_time + dt
+        p.moved = result.moved
+        longest = LONGEST_SETTLING_STEP if p.phase == "settle" else self.scene.solver.step_s
+        p.dt = min(p.dt * GROW, longest)
+        return True
+
+    def _body_step(self, start: float, dt: float) -> float:
+        """The part of dt in which no ball of the body moves further than BODY_MOVE."""
+        now = self.setup.body.posed(self.setup.motion.transforms(start)).centers
+        while dt > self.scene.solver.min_step_s:
+            then = self.setup.body.posed(self.setup.motion.transforms(start + dt)).centers
+            if np.linalg.norm(then - now, axis=1).max() <= BODY_MOVE:
+                break
+            dt *= SHRINK
+        return dt
+
+    def _phase_over(self) -> bool:
+        p, scene = self.progress, self.scene
+        if p.phase == "dress":
+            return p.moved <= DRESSED_MOVE or p.phase_steps >= DRESS_STEPS
+        if p.phase == "drape":
+            return p.phase_time >= scene.drape.duration_s - 1e-9
+        if p.phase == "move":
+            return p.phase_time >= self.setup.motion.end_time - 1e-9
+        with self.clock("solve"):
+            p.residual = self.stepper.balance()
+        return self.settled or p.phase_time >= scene.settle.max_time_s
+
+    def _next_phase(self) -> None:
+        p = self.progress
+        following = dict(zip(PHASES, (*PHASES[1:], "done"), strict=True))
+        p.phase = following[p.phase]
+        if p.phase == "drape" and self.scene.drape.duration_s == 0:
+            p.phase = "move"
+        if p.phase == "move" and self.setup.motion.end_time == 0:
+            p.phase = "settle"
+        p.phase_steps, p.phase_time, p.dt = 0, 0.0, self.scene.solver.step_s
+        if p.phase == "settle":
+            self.field.set_pose(self.transforms)
+
+    # -- state ----------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Everything that the further course depends on, as arrays."""
+        arrays = {f"progress_{key}": np.array(value) for key, value in asdict(self.progress).items()}
+        return {**self.stepper.state(), **arrays, "transforms": self.transforms}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``."""
+        self.stepper.restore(state)
+        values = {key.removeprefix("progress_"): state[key].item() for key in state if key.startswith("progress_")}
+        self.progress = Progress(**values)
+        self.transforms = state["transforms"]
+        self.field.set_pose(self.transforms)

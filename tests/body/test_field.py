@@ -1,0 +1,222 @@
+"""The Taichi field against its NumPy reference, finite differences and exact bodies."""
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from taichi_tryon.body import density as reference
+from taichi_tryon.body.field import BodyField
+from taichi_tryon.body.skeleton import Pose, rotation_matrix
+
+COUNT = 4000
+POSES = ["arms_raised_45", "standing", "step_forward_right"]
+STEP = 1e-5
+
+
+@ti.data_oriented
+class Probe:
+    """Asks a field at many points."""
+
+    def __init__(self, field: BodyField):
+        self.field = field
+        self.x = ti.Vector.field(3, float, COUNT)
+        self.value, self.distance, self.culled = (ti.field(float, COUNT) for _ in range(3))
+        self.slope, self.normal, self.shift = (ti.Vector.field(3, float, COUNT) for _ in range(3))
+        self.curvature = ti.Matrix.field(3, 3, float, COUNT)
+        self.winner = ti.field(ti.i32, COUNT)
+        self.only_density = ti.field(float, COUNT)
+
+    def ask(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Answers at x (k, 3), k up to COUNT, as arrays."""
+        padded = np.full((COUNT, 3), 9.0)
+        padded[: len(x)] = x
+        self.x.from_numpy(padded)
+        self._ask()
+        names = ("value", "distance", "culled", "slope", "normal", "shift", "curvature", "winner", "only_density")
+        return {name: getattr(self, name).to_numpy()[: len(x)] for name in names}
+
+    @ti.kernel
+    def _ask(self):
+        for i in self.x:
+            x = self.x[i]
+            self.value[i], self.slope[i], self.winner[i] = self.field.query(x)
+            self.only_density[i] = self.field.density(x)
+            self.curvature[i] = self.field.hessian(x, self.winner[i])
+            self.shift[i] = self.field.motion(x, self.winner[i])
+            distance, normal, _ = self.field.gap(x)
+            self.distance[i], self.normal[i] = distance, normal
+            self.culled[i], _, _ = self.field.gap_within(x, 0.002)
+
+
+@pytest.fixture(scope="module")
+def probe(woman):
+    return Probe(BodyField(woman, margin=0.05))
+
+
+@pytest.fixture(scope="module", params=POSES)
+def posed(request, probe, woman, pose):
+    """The probe with the body in a pose, and the balls of that pose."""
+    transforms = woman.skeleton.transforms(pose(request.param))
+    probe.field.set_pose(transforms)
+    return probe, woman.posed(transforms)
+
+
+def test_balls_are_posed_as_in_numpy(posed):
+    probe, balls = posed
+    np.testing.assert_allclose(probe.field.center.to_numpy(), balls.centers, atol=1e-13)
+    np.testing.assert_allclose(probe.field.axes.to_numpy(), balls.axes, atol=1e-12)
+    np.testing.assert_allclose(probe.field.quadratic.to_numpy(), balls.quadratics, rtol=1e-11, atol=1e-9)
+
+
+def test_field_is_the_reference(posed, skin_points):
+    """All around and in the body: a cell that missed a ball would show."""
+    probe, balls = posed
+    near, _ = skin_points(balls, COUNT // 2, 0.03)
+    low, high = (balls.centers - balls.extents).min(axis=0), (balls.centers + balls.extents).max(axis=0)
+    anywhere = np.random.default_rng(11).uniform(low - 0.05, high + 0.05, (COUNT // 2, 3))
+    x = np.vstack((near, anywhere))
+    got = probe.ask(x)
+    np.testing.assert_allclose(got["value"], reference.density(balls, x), atol=1e-10)
+    np.testing.assert_array_equal(got["only_density"], got["value"])
+    reached = got["value"] > 0
+    np.testing.assert_array_equal(got["winner"][reached], reference.winner(balls, x)[reached])
+    np.testing.assert_allclose(got["slope"], reference.gradient(balls, x), atol=1e-8)
+    np.testing.assert_allclose(got["curvature"][reached], reference.hessian(balls, x)[reached], atol=1e-6)
+
+
+def test_derivatives_by_differences(posed, skin_points):
+    """Eq. 3's gradient, and its own derivative."""
+    probe, balls = posed
+    x, _ = skin_points(balls, 1000, 0.03)
+    here = probe.ask(x)
+    ends = [(probe.ask(x + STEP * axis), probe.ask(x - STEP * axis)) for axis in np.eye(3)]
+    same = np.all([end["winner"] == here["winner"] for pair in ends for end in pair], axis=0)
+    slope = np.stack([(a["value"] - b["value"]) / (2 * STEP) for a, b in ends], axis=-1)
+    curvature = np.stack([(a["slope"] - b["slope"]) / (2 * STEP) for a, b in ends], axis=-1)
+    assert same.mean() > 0.99
+    np.testing.assert_allclose(here["slope"][same], slope[same], atol=2e-4)
+    np.testing.assert_allclose(here["curvature"][same], curvature[same], rtol=1e-3, atol=1.0)
+
+
+def test_gap_near_the_skin(posed, skin_points):
+    probe, balls = posed
+    x, distances = skin_points(balls, COUNT, 0.005)
+    got = probe.ask(x)
+    assert np.percentile(np.abs(got["distance"] - distances), 98) < 2e-5
+    # Where another part of the body is nearer, its own distance counts: as in the reference.
+    assert np.abs(got["distance"] - reference.gap(balls, x)).max() < 5e-4
+    assert got["distance"].max() < 0.01 and got["culled"].max() < 0.01
+    np.testing.assert_allclose(np.linalg.norm(got["normal"], axis=1), 1, atol=1e-12)
+    touching = np.abs(distances) < 1e-3
+    np.testing.assert_allclose(got["culled"][touching], got["distance"][touching], atol=1e-12)
+
+
+def test_deep_points_find_the_way_out(posed, skin_points):
+    """20 mm inside: a usable depth and a normal that leads out for all points of the trunk and thighs."""
+    probe, balls = posed
+    x, distances = skin_points(balls, COUNT, 0.001)
+    feet, normals = reference.closest(balls, x)[1:]
+    thick = (np.abs(feet[:, 0]) < 0.15) & (feet[:, 1] > 0.85) & (feet[:, 1] < 1.25)
+    got = probe.ask(feet[thick] - 0.02 * normals[thick])
+    assert np.percentile(np.abs(got["distance"] + 0.02), 95) < 2e-3
+    assert (np.einsum("ki,ki->k", got["normal"], normals[thick]) > 0.5).mean() > 0.99
+
+
+def test_deepest_points_are_never_outside(posed, skin_points):
+    """At the balls' centres, up to 9 cm deep, the gradient is small and may lead anywhere; the depth stays usable."""
+    probe, balls = posed
+    skin, _ = skin_points(balls, 20000, 0.0)
+    depths = np.array([np.linalg.norm(skin - center, axis=1).min() for center in balls.centers])
+    got = probe.ask(balls.centers)
+    inside = got["value"] > 1
+    assert inside.mean() > 0.9
+    assert (got["distance"][inside] < -0.8 * np.minimum(depths[inside], 0.03)).all()
+    np.testing.assert_allclose(np.linalg.norm(got["normal"][inside], axis=1), 1, atol=1e-12)
+
+
+def test_points_off_the_grid_are_far(posed):
+    probe, _ = posed
+    got = probe.ask(np.array([[5.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.0, 0.0, 1e6]]))
+    np.testing.assert_array_equal(got["value"], 0)
+    np.testing.assert_array_equal(got["distance"], probe.field.far)
+    np.testing.assert_array_equal(got["slope"], 0)
+    assert probe.field.far >= 0.05
+
+
+def test_motion_of_the_whole_body_is_rigid(probe, woman, turned, skin_points):
+    turn, shift = rotation_matrix([0, 3, 0]), np.array([0.01, -0.02, 0.03])
+    before = woman.skeleton.transforms(turned())
+    after = woman.skeleton.transforms(Pose("moved", {"pelvis": turn}, shift))
+    probe.field.set_pose(after, before)
+    x, _ = skin_points(woman.posed(after), 500, 0.003)
+    root = woman.skeleton.heads[0]
+    came_from = (x - root - shift) @ turn + root
+    np.testing.assert_allclose(probe.ask(x)["shift"], x - came_from, atol=1e-10)
+
+
+def test_motion_of_a_limb_moves_only_the_limb(probe, woman, turned, skin_points):
+    before, after = (woman.skeleton.transforms(turned(lowerarm_l=[0, angle, 0])) for angle in (0, -2))
+    probe.field.set_pose(after, before)
+    x, _ = skin_points(woman.posed(after), 3000, 0.003)
+    shift = probe.ask(x)["shift"]
+    np.testing.assert_array_equal(shift[x[:, 0] < 0], 0)
+    bone = woman.skeleton.index("lowerarm_l")
+    forearm = (x[:, 0] > 0.42) & (x[:, 0] < 0.46)
+    back = before[bone] @ np.linalg.inv(after[bone])
+    expected = x[forearm] - (x[forearm] @ back[:3, :3].T + back[:3, 3])
+    assert forearm.sum() > 10
+    np.testing.assert_allclose(shift[forearm], expected, atol=2e-4)
+    assert np.linalg.norm(expected, axis=1).min() > 2e-3
+
+
+def test_motion_is_zero_when_still(probe, woman, pose, skin_points):
+    before, now = (woman.skeleton.transforms(pose(name)) for name in ("standing", "step_forward_right"))
+    probe.field.set_pose(now, before)
+    x, _ = skin_points(woman.posed(now), 500, 0.003)
+    assert np.abs(probe.ask(x)["shift"]).max() > 0.1
+    probe.field.set_pose(now, now)
+    np.testing.assert_array_equal(probe.ask(x)["shift"], 0)
+
+
+def test_same_pose_gives_the_same_bits(probe, woman, pose, skin_points):
+    first, other = (woman.skeleton.transforms(pose(name)) for name in ("standing", "step_forward_right"))
+    x, _ = skin_points(woman.posed(first), COUNT, 0.02)
+    probe.field.set_pose(first)
+    once = probe.ask(x)
+    probe.field.set_pose(other)
+    probe.field.set_pose(first)
+    again = probe.ask(x)
+    for name, values in once.items():
+        np.testing.assert_array_equal(values, again[name])
+
+
+@pytest.mark.parametrize(
+    ("radii", "axes"), [([10, 10, 10], [0, 1, 2]), ([10, np.inf, 10], [0, 2]), ([10, np.inf, np.inf], [0])]
+)
+def test_exact_bodies(one_ball, radii, axes):
+    """Sphere, cylinder and slab of half size 0.1 sqrt(1/2) m: +-5 mm to 0.1 mm, anywhere along the infinite axes."""
+    body = one_ball(radii)
+    probe = Probe(BodyField(body))
+    probe.field.set_pose(body.skeleton.transforms(Pose("rest")))
+    random = np.random.default_rng(3)
+    directions = np.zeros((COUNT, 3))
+    directions[:, axes] = random.normal(size=(COUNT, len(axes)))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    distances = random.uniform(-0.005, 0.005, COUNT)
+    along = random.uniform(-5, 5, (COUNT, 3))
+    along[:, axes] = 0
+    got = probe.ask(body.balls.centers + along + (0.1 * np.sqrt(0.5) + distances)[:, None] * directions)
+    np.testing.assert_allclose(got["distance"], distances, atol=1e-4)
+    np.testing.assert_allclose(got["normal"], directions, atol=1e-6)
+
+
+def test_turned_cylinder(one_ball):
+    """An infinite ball turns with its bone like any other."""
+    body = one_ball([10, np.inf, 10])
+    probe = Probe(BodyField(body))
+    transforms = body.skeleton.transforms(Pose("lying", {"root": rotation_matrix([0, 0, 90])}))
+    probe.field.set_pose(transforms)
+    center = body.posed(transforms).centers[0]
+    got = probe.ask(center + np.array([[4.0, 0.1 * np.sqrt(0.5) + 0.003, 0.0]]))
+    np.testing.assert_allclose(got["distance"], 0.003, atol=1e-6)
+    np.testing.assert_allclose(got["normal"], [[0, 1, 0]], atol=1e-9)
