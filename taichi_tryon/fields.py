@@ -6,23 +6,38 @@ import taichi as ti
 CHUNKS = 64
 
 
-def scalars(values: np.ndarray, dtype=None):
-    """Field (n,) filled with ``values``; integers become i32, floats the run's precision unless ``dtype`` is given."""
-    values = np.ascontiguousarray(values)
-    field = ti.field(dtype or (ti.i32 if values.dtype.kind in "iub" else float), shape=max(len(values), 1))
+def scalars(values: np.ndarray):
+    """Field (n,) filled with ``values``; integers become i32, floats the run's precision."""
+    values = _cast(values)
+    field = ti.field(_TYPES[values.dtype.kind], shape=max(len(values), 1))
     if len(values):
-        field.from_numpy(values.astype(np.int32 if values.dtype.kind in "iub" else np.float64))
+        field.from_numpy(values)
     return field
 
 
-def vectors(values: np.ndarray, dtype=None):
+def vectors(values: np.ndarray):
     """Vector field (n,) of ``values`` (n, k)."""
-    values = np.ascontiguousarray(values)
-    integer = values.dtype.kind in "iub"
-    field = ti.Vector.field(values.shape[1], dtype or (ti.i32 if integer else float), shape=max(len(values), 1))
+    values = _cast(values)
+    field = ti.Vector.field(values.shape[1], _TYPES[values.dtype.kind], shape=max(len(values), 1))
     if len(values):
-        field.from_numpy(values.astype(np.int32 if integer else np.float64))
+        field.from_numpy(values)
     return field
+
+
+def upload(field, values: np.ndarray):
+    """Copy an array into a field of the run's precision."""
+    field.from_numpy(_cast(values))
+
+
+def _cast(values: np.ndarray) -> np.ndarray:
+    """Integers as i32, floats in the run's precision: Taichi warns at every other width."""
+    values = np.ascontiguousarray(values)
+    if values.dtype.kind in "iub":
+        return values.astype(np.int32)
+    return values.astype(np.float32 if ti.lang.impl.get_runtime().default_fp == ti.f32 else np.float64)
+
+
+_TYPES = {"i": ti.i32, "f": float}
 
 
 def group(owner: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

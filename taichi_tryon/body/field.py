@@ -232,9 +232,7 @@ class BodyField:
                 inward = self.quadratic[k] @ r
                 rest = 1 - r.dot(inward)
                 if rest > 0:
-                    result += self.weight[k] * rest * (
-                        24 * inward.outer_product(inward) - 6 * rest * self.quadratic[k]
-                    )
+                    result += self.weight[k] * rest * (24 * inward.outer_product(inward) - 6 * rest * self.quadratic[k])
         return result
 
     @ti.func

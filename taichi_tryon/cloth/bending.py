@@ -17,8 +17,6 @@ Sources: Grinspun, Gingold, Reisman, Zorin 2006, "Computing discrete shape opera
 import numpy as np
 import taichi as ti
 
-vec3 = ti.types.vector(3, float)
-
 
 def triangle_stiffness(rest: np.ndarray, bend: np.ndarray) -> np.ndarray:
     """Energy of a triangle in its three edge angles: 1/2 alpha^T M alpha.
@@ -40,7 +38,7 @@ def triangle_stiffness(rest: np.ndarray, bend: np.ndarray) -> np.ndarray:
 
 
 @ti.func
-def hinge_angle(x0: vec3, x1: vec3, x2: vec3, x3: vec3) -> float:
+def hinge_angle(x0, x1, x2, x3) -> float:
     """Angle [rad] between the normals of (x0, x1, x2) and (x1, x0, x3), positive where the normals spread apart."""
     edge = x1 - x0
     n1 = edge.cross(x2 - x0)
@@ -50,7 +48,7 @@ def hinge_angle(x0: vec3, x1: vec3, x2: vec3, x3: vec3) -> float:
 
 
 @ti.func
-def hinge_gradient(x0: vec3, x1: vec3, x2: vec3, x3: vec3, least_height_1: float, least_height_2: float):
+def hinge_gradient(x0, x1, x2, x3, least_height_1: float, least_height_2: float):
     """Derivatives of ``hinge_angle`` with respect to x0, x1, x2, x3 as the rows of a 4x3 matrix [rad/m].
 
     It grows as 1/height of the triangles; heights below the given least ones are taken as those, so that a triangle

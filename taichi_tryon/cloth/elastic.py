@@ -28,7 +28,7 @@ class Elastic:
         self.x = x
         self.triangle = fields.vectors(cloth.triangles)
         self.hat = ti.Vector.field(2, float, shape=(nt, 3))
-        self.hat.from_numpy(cloth.gradients)
+        fields.upload(self.hat, cloth.gradients)
         self.area = fields.scalars(cloth.areas)
         self.stretch = fields.vectors(cloth.stretch)
         self.tau = fields.scalars(cloth.damping_time)
@@ -40,7 +40,7 @@ class Elastic:
         self.triangle_edge = fields.vectors(cloth.triangle_edges)
         self.edge_sign = fields.vectors(cloth.edge_signs)
         self.stiffness = ti.Matrix.field(3, 3, float, shape=nt)
-        self.stiffness.from_numpy(cloth.edge_stiffness)
+        fields.upload(self.stiffness, cloth.edge_stiffness)
         self._hinge_constants(cloth)
         self.angle, self.angle_start, self.moment = (ti.field(float, shape=ne) for _ in range(3))
         self.slope = ti.Vector.field(3, float, shape=(ne, 4))

@@ -9,19 +9,15 @@ Everything here is a pure function of one triangle, per unit of area.
 
 import taichi as ti
 
-vec2 = ti.types.vector(2, float)
-vec3 = ti.types.vector(3, float)
-vec4 = ti.types.vector(4, float)
-
 
 @ti.func
-def strain(f1: vec3, f2: vec3) -> vec3:
+def strain(f1, f2):
     """Green strain (E11, E22, 2 E12)."""
     return ti.Vector([(f1.dot(f1) - 1.0) / 2.0, (f2.dot(f2) - 1.0) / 2.0, f1.dot(f2)])
 
 
 @ti.func
-def stress(stretch: vec4, e: vec3) -> vec3:
+def stress(stretch, e):
     """Second Piola-Kirchhoff stress (S11, S22, S12) [N/m] of the strain (E11, E22, 2 E12)."""
     return ti.Vector(
         [stretch[0] * e[0] + stretch[2] * e[1], stretch[2] * e[0] + stretch[1] * e[1], stretch[3] * e[2]]
@@ -29,13 +25,13 @@ def stress(stretch: vec4, e: vec3) -> vec3:
 
 
 @ti.func
-def gradient(s: vec3, f1: vec3, f2: vec3, g: vec2) -> vec3:
+def gradient(s, f1, f2, g):
     """Derivative of the energy with respect to the corner whose hat gradient is g: F S g."""
     return f1 * (s[0] * g[0] + s[2] * g[1]) + f2 * (s[2] * g[0] + s[1] * g[1])
 
 
 @ti.func
-def tension_only(s: vec3) -> vec3:
+def tension_only(s):
     """The stress with its negative principal part cut off.
 
     With it the geometric part of the Hessian is positive semi-definite, which is the closed form of clamping the
@@ -55,7 +51,7 @@ def tension_only(s: vec3) -> vec3:
 
 
 @ti.func
-def hessian(stretch: vec4, tension: vec3, f1: vec3, f2: vec3, gi: vec2, gj: vec2):
+def hessian(stretch, tension, f1, f2, gi, gj):
     """3x3 block d2/dx_i dx_j. ``tension`` is the stress of the geometric part: the full one for the exact Hessian,
     ``tension_only`` of it for a positive semi-definite one."""
     shear_i = gi[0] * f2 + gi[1] * f1

@@ -71,6 +71,7 @@ class Cloth:
         for mesh, moduli in garments:
             hinges, beside = _hinges(mesh.topology)
             nt, ne = len(mesh.triangles), len(hinges)
+            parts.append(Part(mesh.name, slice(v, v + mesh.vertex_count), slice(t, t + nt)))
             rows.append(
                 (
                     mesh.triangles + v,

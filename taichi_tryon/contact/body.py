@@ -18,6 +18,10 @@ from taichi_tryon import fields
 from taichi_tryon.contact.samples import Samples
 
 
+# further off than this from the contact offset [m], a sample's gap need not be exact
+BAND = 2e-3
+
+
 @ti.data_oriented
 class BodyContact:
     """Contact of samples of the cloth at ``x`` (moving from ``x_start`` in this step) with a body field.
@@ -71,7 +75,7 @@ class BodyContact:
         """Depth, normal and tangential displacement of every sample at the present positions, and its force."""
         for s in range(self.count):
             point = self._at(self.x, s)
-            gap, normal, winner = self.body.gap(point)
+            gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
             depth = ti.max(self.thickness[None] - gap, 0.0)
             self.depth[s] = depth
             if depth > 0.0:

@@ -10,6 +10,7 @@ from platform import python_version
 
 import numpy as np
 
+from taichi_tryon import __version__
 from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.output.maps import weighted_percentiles
 from taichi_tryon.output.observation import Observation
@@ -45,7 +46,8 @@ def quality(seen: Observation) -> dict:
 
 def versions() -> dict[str, str]:
     """Versions of what computed the result."""
-    return {name: metadata.version(name) for name in ("taichi_tryon", "taichi", "numpy")} | {"python": python_version()}
+    others = {name: metadata.version(name) for name in ("taichi", "numpy")}
+    return {"taichi_tryon": __version__, **others, "python": python_version()}
 
 
 def mesh_figures(edge_lengths: np.ndarray, vertices: int, triangles: int, min_angle_deg: float) -> dict:

@@ -69,7 +69,7 @@ class ImplicitStep:
         self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
         )
-        self.x.from_numpy(positions)
+        fields.upload(self.x, positions)
         self.mass = fields.scalars(cloth.masses)
         self.free = fields.scalars(np.ones(self.nv, int) if free is None else np.asarray(free, int))
         self.gravity = ti.Vector.field(3, float, shape=())
@@ -279,10 +279,10 @@ class ImplicitStep:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
-        self.x.from_numpy(state["positions"])
-        self.v.from_numpy(state["velocities"])
-        self.contact.slip.from_numpy(state["slip"])
-        self.elastic.rotation.from_numpy(state["rotation"])
+        fields.upload(self.x, state["positions"])
+        fields.upload(self.v, state["velocities"])
+        fields.upload(self.contact.slip, state["slip"])
+        fields.upload(self.elastic.rotation, state["rotation"])
 
     def net_forces(self) -> np.ndarray:
         """(nv, 3) net force [N] on each vertex at rest where the cloth is; zero in equilibrium and where held."""

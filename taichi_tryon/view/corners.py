@@ -11,6 +11,7 @@ from taichi_tryon.view.cut import cut_along_lines
 from taichi_tryon.view.mesh import DrawList
 from taichi_tryon.view.shading import displayed, lit, vec3, woven
 
+CORNER = 12  # numbers in a vertex of GGUI
 _HARD = 1e-4  # of a stripe: a piece lies on one side of each line, so its colour needs no soft edge
 
 
@@ -36,8 +37,7 @@ class Pieces:
 
 @ti.kernel
 def light_corners(
-    positions: ti.template(),
-    colors: ti.template(),
+    corners: ti.types.ndarray(dtype=ti.f32, ndim=2),
     parent: ti.types.ndarray(dtype=ti.i32, ndim=1),
     weights: ti.types.ndarray(dtype=ti.f32, ndim=3),
     vertices: ti.types.ndarray(dtype=ti.f32, ndim=2),
@@ -51,7 +51,7 @@ def light_corners(
     axes: ti.types.ndarray(dtype=ti.f32, ndim=2),
     eye: vec3,
 ):
-    """positions, colors: fields of 3-vectors, three entries to a piece.
+    """corners (3 m, 12), as GGUI keeps vertices: position (3), normal (3), texture (2, unused), RGB and opacity.
 
     Pieces of one-sided meshes that face away shrink to a point.
     """
@@ -69,8 +69,7 @@ def light_corners(
             middle += weights[piece, corner, e] / 3.0 * tm.vec2(weave[t, e, 0], weave[t, e, 1])
         for corner in range(3):
             at = 3 * piece + corner
-            positions[at] = ti.cast(a, ti.f32)
-            colors[at] = ti.cast(tm.vec3(0.0), ti.f32)
+            point, shown = a, tm.vec3(0.0)
             if drawn:
                 weight = tm.vec3(weights[piece, corner, 0], weights[piece, corner, 1], weights[piece, corner, 2])
                 point = weight[0] * a + weight[1] * b + weight[2] * c
@@ -93,8 +92,12 @@ def light_corners(
                     tm.vec3(axes[1, 0], axes[1, 1], axes[1, 2]),
                     tm.vec3(axes[2, 0], axes[2, 1], axes[2, 2]),
                 )
-                positions[at] = ti.cast(point, ti.f32)
-                colors[at] = ti.cast(displayed(color), ti.f32)
+                shown = displayed(color)
+            for e in ti.static(range(3)):
+                corners[at, e] = ti.cast(point[e], ti.f32)
+                corners[at, 3 + e] = ti.f32(1.0)  # GGUI normalises it, though the light is ours
+                corners[at, 8 + e] = ti.cast(shown[e], ti.f32)
+            corners[at, 11] = ti.f32(1.0)
 
 
 @ti.kernel

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import taichi as ti
+from taichi.ui.utils import get_field_info
 
 from taichi_tryon.errors import RunError
 from taichi_tryon.view.camera import Camera
-from taichi_tryon.view.corners import Pieces, light_corners, shrink
+from taichi_tryon.view.corners import CORNER, Pieces, light_corners, shrink
 from taichi_tryon.view.mesh import DrawList, Mesh
 from taichi_tryon.view.occlusion import Occlusion
 from taichi_tryon.view.shading import BACKGROUND, vec3
@@ -51,7 +52,11 @@ def close_window(window: ti.ui.Window) -> None:
 
 
 class GguiScene:
-    """Draws draw lists into a GGUI window; its fields grow when a scene is larger than any before."""
+    """Draws draw lists into a GGUI window.
+
+    The vertices go to GGUI's core directly: ``SceneV2.mesh`` hands the core an array that it frees before the core has
+    read it (Taichi 1.7.4; now and then a picture stays empty).
+    """
 
     def __init__(self, window: ti.ui.Window):
         self._window = window
@@ -59,38 +64,28 @@ class GguiScene:
         self._scene = window.get_scene()
         self._camera = ti.ui.Camera()
         self._pieces = Pieces()
-        self._capacity = 0
-        self._tree = None
+        self._corners = np.zeros((0, CORNER), np.float32)
 
     def draw(self, draw: DrawList, camera: Camera) -> None:
         """Fill the window's canvas; the caller shows it or reads it back."""
         parent, weights = self._pieces.of(draw)
         count = 3 * len(parent)
-        self._reserve(count)
+        if len(self._corners) != count:
+            self._corners = np.zeros((count, CORNER), np.float32)
         eye = np.asarray(camera.eye, np.float32)
         light_corners(
-            self._positions, self._colors, parent, weights, draw.vertices, draw.normals, draw.openness, draw.triangles,
+            self._corners, parent, weights, draw.vertices, draw.normals, draw.openness, draw.triangles,
             draw.colors, draw.weave, draw.mesh, draw.style, camera.axes.astype(np.float32), vec3(*eye),
         )  # fmt: skip
         self._aim(camera, draw.vertices)
         self._canvas.set_background_color(BACKGROUND)
         self._scene.set_camera(self._camera)
         self._scene.ambient_light((1.0, 1.0, 1.0))
-        self._scene.mesh(
-            self._positions,
-            normals=self._normals,
-            per_vertex_color=self._colors,
-            two_sided=True,
-            vertex_count=count,
-            index_count=count,
+        corners, no_indices, own_colors, two_sided, wireframe = get_field_info(self._corners), None, True, True, False
+        self._scene.scene.mesh(
+            corners, own_colors, get_field_info(no_indices), (0.0, 0.0, 0.0), two_sided, count, 0, count, 0, wireframe
         )
         self._canvas.scene(self._scene)
-
-    def close(self) -> None:
-        """Give the fields back."""
-        if self._tree is not None:
-            self._tree.destroy()
-            self._tree, self._capacity = None, 0
 
     def _aim(self, camera: Camera, vertices: np.ndarray) -> None:
         self._camera.position(*map(float, camera.eye))
@@ -100,17 +95,6 @@ class GguiScene:
         depth = (np.asarray(camera.eye) - vertices) @ camera.axes[2]
         self._camera.z_near(max(0.9 * float(depth.min()), 0.01))
         self._camera.z_far(max(1.1 * float(depth.max()), 0.02))
-
-    def _reserve(self, count: int) -> None:
-        if count <= self._capacity:
-            return
-        self.close()
-        self._capacity = int(1.25 * count)
-        self._positions, self._normals, self._colors = (ti.Vector.field(3, ti.f32) for _ in range(3))
-        builder = ti.FieldsBuilder()
-        builder.dense(ti.i, self._capacity).place(self._positions, self._normals, self._colors)
-        self._tree = builder.finalize()
-        self._normals.fill((0.0, 1.0, 0.0))  # unused, but GGUI normalises them
 
 
 class GguiRenderer:
@@ -145,6 +129,5 @@ class GguiRenderer:
         return self._occlusion.apply(DrawList.of(meshes))
 
     def close(self) -> None:
-        """Give window and fields back."""
-        self._scene.close()
+        """Give the window back."""
         close_window(self._window)

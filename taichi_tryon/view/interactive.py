@@ -69,7 +69,6 @@ class Viewer:
             self._scene.draw(draw, controls.orbit.camera)
             self._write_texts(more)
             window.show()
-        self._scene.close()
         close_window(window)
 
     def _draw_list(self) -> DrawList:

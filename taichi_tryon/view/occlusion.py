@@ -15,8 +15,8 @@ from taichi_tryon.view.zbuffer import edge
 
 DIRECTIONS = 24
 RESOLUTION = 192
-_SMOOTHING = 3  # rounds: shadows of single directions leave no edges on the skin
-_OFFSET = 0.008  # m along the normal before asking: a surface does not hide itself
+_SMOOTHING = 6  # rounds: shadows of single directions leave no edges on the skin
+_OFFSET = 0.010  # m along the normal before asking: a surface does not hide itself
 _FLOOR = 0.25  # light from below is that part of the light from above
 
 
@@ -82,7 +82,7 @@ def fill_maps(
     center: ti.types.vector(3, ti.f32),
     radius: ti.f32,
 ):
-    """maps: depth of the front-most surface, in 2^-28; placed (directions, nv, 3): room for the vertices on the maps."""
+    """maps: depth of the front-most surface, in 2^-28; placed (directions, nv, 3): room for vertices on the maps."""
     for d, i, j in maps:
         maps[d, i, j] = 2**30
     for d, v in ti.ndrange(maps.shape[0], vertices.shape[0]):

@@ -12,7 +12,8 @@ import taichi.math as tm
 BACKGROUND = (0.925, 0.93, 0.94)  # sRGB
 _KEY = (-0.50, 0.60, 0.62)  # camera axes: right, up, towards the viewer
 _FILL = (0.85, 0.05, 0.52)
-_INSIDE = 0.55  # brightness of the inner side of cloth
+_LEAST_OPEN = 0.2  # light that comes by way of other surfaces, so that nothing is black
+_INSIDE = 0.6  # brightness of the inner side of cloth
 
 vec3 = ti.types.vector(3, ti.f32)
 
@@ -38,10 +39,10 @@ def _stripe(x, width):
 
 
 @ti.func
-def lit(albedo, normal, view, openness, inside, sheen, right, up, back):
+def lit(albedo, normal, view, seen_sky, inside, sheen, right, up, back):
     """Light that leaves a surface point towards the camera.
 
-    ``normal`` faces the viewer, ``view`` points to the camera, both unit; ``openness`` is the part of the sky seen;
+    ``normal`` faces the viewer, ``view`` points to the camera, both unit; ``seen_sky`` is the part of the sky seen;
     ``inside`` is 1 on the inner side of cloth; ``right, up, back`` are the camera's axes.
     """
     key = tm.normalize(_KEY[0] * right + _KEY[1] * up + _KEY[2] * back)
@@ -50,6 +51,7 @@ def lit(albedo, normal, view, openness, inside, sheen, right, up, back):
     from_key = tm.max((tm.dot(normal, key) + 0.15) / 1.15, 0.0)
     from_fill = tm.max((tm.dot(normal, fill) + 0.3) / 1.3, 0.0)
     sky = 0.80 + 0.20 * normal[1]
+    openness = _LEAST_OPEN + (1.0 - _LEAST_OPEN) * seen_sky
     light = 0.36 * sky * openness + 0.84 * from_key * (0.25 + 0.75 * openness) + 0.13 * from_fill * openness
     rim = 1.0 - tm.clamp(tm.dot(normal, view), 0.0, 1.0)
     shade = 1.0 - (1.0 - _INSIDE) * inside
