@@ -12,7 +12,7 @@ from taichi_tryon.cloth.model import Part
 from taichi_tryon.contact.probe import Probe
 from taichi_tryon.dressing.check import crossings
 from taichi_tryon.output import maps
-from taichi_tryon.output.observation import Observation
+from taichi_tryon.output.observation import Inspection, Observation
 from taichi_tryon.simulation import Simulation
 
 
@@ -36,75 +36,74 @@ class Observer:
             self._skin_of = (transforms, surface_mesh(self.simulation.setup.body.posed(transforms)))
         return self._skin_of[1]
 
-    def arrays(self) -> _Arrays:
-        """The whole cloth now."""
-        return _Arrays(self)
+    def observe(self) -> list[Observation]:
+        """Every garment as a frame shows it."""
+        arrays = _Arrays(self)
+        return [Observation(**arrays.shown(part)) for part in self.cloth.parts]
 
-    def parts(self) -> list[Observation]:
-        """Every garment by itself."""
-        arrays = self.arrays()
-        return [arrays.observation(part) for part in self.cloth.parts]
-
-    def whole(self) -> Observation:
-        """All garments together."""
-        everything = Part("all", slice(0, self.cloth.vertex_count), slice(0, len(self.cloth.triangles)))
-        return self.arrays().observation(everything)
+    def inspect(self) -> tuple[Inspection, list[Inspection]]:
+        """The whole cloth, and every garment by itself, as the report judges them."""
+        arrays = _Arrays(self)
+        whole = Part("all", slice(0, self.cloth.vertex_count), slice(0, len(self.cloth.triangles)))
+        found = [Inspection(**arrays.shown(part), **arrays.judged(part)) for part in (whole, *self.cloth.parts)]
+        return found[0], found[1:]
 
 
 class _Arrays:
-    """The cloth's arrays at one instant, each computed when it is first asked for."""
+    """The cloth's arrays at one instant; what only the report needs is computed when it asks."""
 
     def __init__(self, observer: Observer):
-        self.observer = observer
-        self.stepper, self.cloth = observer.simulation.stepper, observer.cloth
+        self.observer, self.stepper, self.cloth = observer, observer.simulation.stepper, observer.cloth
         self.positions, self.velocities = self.stepper.x.to_numpy(), self.stepper.v.to_numpy()
-        self.net_forces = self.stepper.net_forces()
+        self.strains = maps.strains(self.positions, self.cloth.triangles, self.cloth.gradients)
+        self.gaps = maps.gaps(self.positions, observer.probe.gaps(), observer.skin()[0])
         self.sample_pressures = self.stepper.contact.pressures()
-
-    @cached_property
-    def strains(self) -> dict[str, np.ndarray]:
-        return maps.strains(self.positions, self.cloth.triangles, self.cloth.gradients)
-
-    @cached_property
-    def gaps(self) -> np.ndarray:
-        return maps.gaps(self.positions, self.observer.probe.gaps(), self.observer.skin()[0])
-
-    @cached_property
-    def pressures(self) -> np.ndarray:
-        o = self.observer
-        return maps.vertex_pressure(
-            self.sample_pressures, o.sample_vertices, o.sample_weights, o.sample_areas, self.cloth.vertex_count
+        self.pressures = maps.vertex_pressure(
+            self.sample_pressures,
+            observer.sample_vertices,
+            observer.sample_weights,
+            observer.sample_areas,
+            self.cloth.vertex_count,
         )
 
     @cached_property
     def penetration(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.observer.probe.look()
 
-    def observation(self, part: Part) -> Observation:
+    @cached_property
+    def net_forces(self) -> np.ndarray:
+        return self.stepper.net_forces()
+
+    def shown(self, part: Part) -> dict:
+        """The fields of an Observation."""
+        v, t = part.vertices, part.triangles
+        return {
+            "name": part.name,
+            "triangles": self.cloth.triangles[t] - v.start,
+            "positions": self.positions[v],
+            "velocities": self.velocities[v],
+            "gaps": self.gaps[v],
+            "pressures": self.pressures[v],
+            "strains": {name: values[t] for name, values in self.strains.items()},
+        }
+
+    def judged(self, part: Part) -> dict:
+        """The further fields of an Inspection."""
         v, t = part.vertices, part.triangles
         depths, inside, samples = (values[t] for values in self.penetration)
-        of_part = (self.observer.sample_vertices[:, 0] >= v.start) & (self.observer.sample_vertices[:, 0] < v.stop)
+        first = self.observer.sample_vertices[:, 0]
+        of_part = (first >= v.start) & (first < v.stop)
         gravity = np.array(self.observer.simulation.scene.gravity_m_s2)
-        triangles = self.cloth.triangles[t] - v.start
-        energies = self.stepper.elastic.energies(triangles=t)
-        return Observation(
-            name=part.name,
-            triangles=triangles,
-            positions=self.positions[v],
-            velocities=self.velocities[v],
-            net_forces=self.net_forces[v],
-            weights=self.cloth.masses[v] * np.linalg.norm(gravity),
-            gaps=self.gaps[v],
-            pressures=self.pressures[v],
-            strains={name: values[t] for name, values in self.strains.items()},
-            depths=depths,
-            inside=inside,
-            samples=samples,
-            contact_pressures=self.sample_pressures[of_part],
-            contact_areas=self.observer.sample_areas[of_part],
-            energies={
-                **dict(zip(("stretch", "shear", "bend"), energies[:3], strict=True)),
-                "gravity": -float(self.cloth.masses[v] @ (self.positions[v] @ gravity)),
-            },
-            crossings=crossings(self.positions[v], triangles),
-        )
+        net_forces = self.net_forces[v]  # evaluates the laws that the energies are read from
+        energies = dict(zip(("stretch", "shear", "bend"), self.stepper.elastic.energies(triangles=t)[:3], strict=True))
+        return {
+            "net_forces": net_forces,
+            "weights": self.cloth.masses[v] * np.linalg.norm(gravity),
+            "depths": depths,
+            "inside": inside,
+            "samples": samples,
+            "contact_pressures": self.sample_pressures[of_part],
+            "contact_areas": self.observer.sample_areas[of_part],
+            "energies": {**energies, "gravity": -float(self.cloth.masses[v] @ (self.positions[v] @ gravity))},
+            "crossings": crossings(self.positions[v], self.cloth.triangles[t] - v.start),
+        }

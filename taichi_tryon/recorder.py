@@ -65,7 +65,7 @@ class Recorder:
     def record(self) -> np.ndarray | None:
         """Write the present instant as the next frame; returns the film's picture."""
         simulation = self.observer.simulation
-        seen = self.observer.parts()
+        seen = self.observer.observe()
         frames = [self._frame(part, index) for index, part in enumerate(seen)]
         self.frames.write(self.index, simulation.progress.time, frames, self.observer.skin())
         picture = None
@@ -102,7 +102,7 @@ class Recorder:
     def finish(self, last_picture: np.ndarray | None) -> None:
         """Draw the maps of the worn shape and close the film on it."""
         if self.options.maps:
-            seen = self.observer.parts()
+            seen = self.observer.observe()
             for name in self.options.maps:
                 self._draw_map(name, seen)
         if self.film is not None:

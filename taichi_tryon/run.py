@@ -159,8 +159,8 @@ class _Run:
     def _report(self, status: str, reason: str) -> dict:
         simulation, setup = self.simulation, self.simulation.setup
         with self.clock("output"):
-            whole = report.quality(self.observer.whole())
-            parts = {seen.name: report.quality(seen) for seen in self.observer.parts()}
+            whole, garments = self.observer.inspect()
+            parts = {seen.name: report.quality(seen) for seen in garments}
         for garment in setup.garments:
             parts[garment.name]["fit_mm"] = fit_lines(setup, garment, simulation)
         p, steps = simulation.progress, self.step_seconds or [0.0]
@@ -185,7 +185,7 @@ class _Run:
                 "step_ms": {name: round(1000 * pick(steps), 3) for name, pick in _PICKS.items()},
             },
             "timing_s": self.clock.timings(),
-            "quality": whole,
+            "quality": report.quality(whole),
             "garments": parts,
             "holds": {},
             "skipped": skipped(setup),

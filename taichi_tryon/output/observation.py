@@ -9,23 +9,32 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Observation:
-    """One garment, or all of them, at one instant; nv vertices, nt triangles, ns contact samples.
+    """One garment, or all of them, at one instant, as a frame shows it; nv vertices, nt triangles.
 
-    positions, velocities, net_forces (nv, 3) [m, m/s, N]; weights (nv,) [N]; gaps (nv,) [m] from the skin;
-    pressures (nv,) [Pa]; strains: arrays (nt,) by name; depths (nt,) [m] of the deepest point inside the body, with
-    how many of the points looked at lie inside (``inside``, ``samples`` (nt,)); contact: pressures (ns,) [Pa] and areas
-    (ns,) [m^2] of the contact samples; energies [J] by name; crossings (k, 2) pairs of triangles.
+    positions, velocities (nv, 3) [m, m/s]; gaps (nv,) [m] from the skin; pressures (nv,) [Pa]; strains: arrays (nt,) by
+    name.
     """
 
     name: str
     triangles: np.ndarray
     positions: np.ndarray
     velocities: np.ndarray
-    net_forces: np.ndarray
-    weights: np.ndarray
     gaps: np.ndarray
     pressures: np.ndarray
     strains: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Inspection(Observation):
+    """An observation with all that the report judges it by.
+
+    net_forces (nv, 3) and weights (nv,) [N]; depths (nt,) [m] of the deepest point inside the body, with how many of the
+    points looked at lie inside (``inside``, ``samples`` (nt,)); pressures (ns,) [Pa] and areas (ns,) [m^2] of the contact
+    samples; energies [J] by name; crossings (k, 2) pairs of triangles.
+    """
+
+    net_forces: np.ndarray
+    weights: np.ndarray
     depths: np.ndarray
     inside: np.ndarray
     samples: np.ndarray

@@ -13,13 +13,13 @@ import numpy as np
 from taichi_tryon import __version__
 from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.output.maps import weighted_percentiles
-from taichi_tryon.output.observation import Observation
+from taichi_tryon.output.observation import Inspection
 
 SCHEMA = 1
 
 
-def quality(seen: Observation) -> dict:
-    """The quality fields of an observation; see the interface's description of report.json."""
+def quality(seen: Inspection) -> dict:
+    """The quality fields of a garment, or of all; see the interface's description of report.json."""
     strain = {}
     for key in ("warp", "weft"):
         values = np.abs(seen.strains[f"strain_{key}_percent"])

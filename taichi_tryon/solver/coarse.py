@@ -12,6 +12,7 @@ import scipy.sparse as sp
 import taichi as ti
 from scipy.linalg import lapack
 from scipy.sparse.csgraph import dijkstra
+from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
 
@@ -76,6 +77,7 @@ class CoarseSpace:
         self.inverse = ti.field(ti.f32, shape=(self.size, self.size))
         self.restricted, self.corrected = (ti.field(float, shape=self.size) for _ in range(2))
         self.entries = ti.field(ti.f32, shape=(self.size, self.size))
+        self.blas = ThreadpoolController()
         self._support(ids, weights)
         self._pattern(ids, weights)
 
@@ -188,15 +190,14 @@ class CoarseSpace:
         diagonal = np.einsum("ii->i", e)
         # a node whose hat is held everywhere has no motion left
         diagonal += SHIFT * diagonal + 1e-12 * diagonal.max()
-        factor, fault = lapack.spotrf(e, lower=1)
-        if fault:
-            diagonal *= 1 + 1e-3
+        # one thread: those of the BLAS would fight Taichi's for the cores, at a hundred times the work's own cost
+        with self.blas.limit(limits=1, user_api="blas"):
             factor, fault = lapack.spotrf(e, lower=1)
-        if fault:
-            return False
-        inverse, _ = lapack.spotri(factor, lower=1)
+            if fault:
+                diagonal *= 1 + 1e-3
+                factor, fault = lapack.spotrf(e, lower=1)
+            inverse, fault = lapack.spotri(factor, lower=1) if not fault else (np.zeros_like(e), 0)
         self.inverse.from_numpy(np.tril(inverse) + np.tril(inverse, -1).T)
-        return True
 
     @ti.func
     def restrict(self, J: int, r: ti.template()):

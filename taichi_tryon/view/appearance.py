@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichi_tryon.errors import InputError
-from taichi_tryon.view.mesh import Mesh, Weave
+from taichi_tryon.view.mesh import Mesh, Weave, smoothed, vertex_normals
 
 SKIN = (0.86, 0.71, 0.62)
 
@@ -62,8 +62,10 @@ def cloth(
 
 
 def skin(vertices: np.ndarray, triangles: np.ndarray, color: Sequence[float] = SKIN) -> Mesh:
-    """The body's closed surface to draw."""
-    return Mesh(vertices, triangles, color, two_sided=False, sheen=0.04)
+    """The body's closed surface to draw; its normals are smoothed, as marching cubes leave slivers."""
+    normals = smoothed(vertex_normals(vertices, triangles), triangles, 2)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return Mesh(vertices, triangles, color, normals=normals, two_sided=False, sheen=0.04)
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,18 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return total / np.where(length > 0, length, 1)
 
 
+def smoothed(values: np.ndarray, triangles: np.ndarray, rounds: int) -> np.ndarray:
+    """Values (n, k) at vertices after some rounds of averaging over the triangles around; lone vertices keep theirs."""
+    index = np.asarray(triangles).ravel()
+    count = np.bincount(index, minlength=len(values))
+    alone = (count == 0)[:, None]
+    for _ in range(rounds):
+        mean = np.repeat(np.asarray(values)[triangles].mean(axis=1), 3, axis=0)
+        total = [np.bincount(index, mean[:, k], len(values)) for k in range(values.shape[1])]
+        values = np.where(alone, values, np.stack(total, axis=1) / np.maximum(count, 1)[:, None])
+    return values
+
+
 def linear(srgb: np.ndarray | Sequence[float]) -> np.ndarray:
     """sRGB values in 0..1 to linear light; light adds up only there."""
     return np.clip(np.asarray(srgb, np.float32), 0, 1) ** np.float32(2.2)

@@ -10,12 +10,12 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tryon.view.mesh import DrawList
+from taichi_tryon.view.mesh import DrawList, smoothed
 from taichi_tryon.view.zbuffer import edge
 
 DIRECTIONS = 24
 RESOLUTION = 192
-_SMOOTHING = 6  # rounds: shadows of single directions leave no edges on the skin
+_SMOOTHING = 4  # rounds: shadows of single directions leave no edges on the skin
 _OFFSET = 0.010  # m along the normal before asking: a surface does not hide itself
 _FLOOR = 0.25  # light from below is that part of the light from above
 
@@ -36,19 +36,7 @@ class Occlusion:
         placed = np.empty((DIRECTIONS, len(draw.vertices), 3), np.float32)
         fill_maps(draw.vertices, draw.triangles, self._frames, self._maps, placed, middle, radius)
         ask_maps(draw.vertices, draw.normals, self._frames, self._maps, openness, middle, radius)
-        return replace(draw, openness=_smoothed(openness, draw.triangles))
-
-
-def _smoothed(values: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Values (n, k) at vertices after some rounds of averaging over the triangles around."""
-    index = triangles.ravel()
-    count = np.maximum(np.bincount(index, minlength=len(values)), 1)
-    lonely = np.bincount(index, minlength=len(values)) == 0
-    for _ in range(_SMOOTHING):
-        mean = np.repeat(values[triangles].mean(axis=1), 3, axis=0)
-        total = [np.bincount(index, mean[:, k], len(values)) / count for k in range(values.shape[1])]
-        values = np.where(lonely[:, None], values, np.stack(total, axis=1)).astype(np.float32)
-    return np.ascontiguousarray(values)
+        return replace(draw, openness=smoothed(openness, draw.triangles, _SMOOTHING).astype(np.float32))
 
 
 def frames(count: int) -> np.ndarray:

@@ -79,18 +79,22 @@ def shade(
     pixel: ti.f32,
     width: ti.i32,
 ):
-    """Colour of each pixel: the mean over its samples, each lit on its own."""
+    """Colour of each pixel: the mean over its samples; those that show one triangle are lit once."""
     for row, column in ti.ndrange(image.shape[0], image.shape[1]):
-        total = tm.vec3(0.0)
+        total, color = tm.vec3(0.0), tm.vec3(0.0)
+        shown = -2  # the triangle of the sample before; -1 is the background
         for sample in range(SUPERSAMPLING * SUPERSAMPLING):
             sy = row * SUPERSAMPLING + sample // SUPERSAMPLING
             sx = column * SUPERSAMPLING + sample % SUPERSAMPLING
             word = words[sy * width + sx]
-            color = tm.vec3(background[0], background[1], background[2])
+            t = -1
             if word < ti.i64(zbuffer.EMPTY):
                 t = ti.cast(word & ti.i64(zbuffer.TRIANGLE), ti.i32)
+            if t != shown and t < 0:
+                color = tm.vec3(background[0], background[1], background[2])
+            elif t != shown:
                 corner = ti.Vector([triangles[t, 0], triangles[t, 1], triangles[t, 2]])
-                weight = _weights(screen, corner, sx + 0.5, sy + 0.5)
+                weight = _weights(screen, corner, (column + 0.5) * SUPERSAMPLING, (row + 0.5) * SUPERSAMPLING)
                 normal, point, uv, albedo = tm.vec3(0.0), tm.vec3(0.0), tm.vec2(0.0), tm.vec3(0.0)
                 hidden = tm.vec2(0.0)
                 for k in ti.static(range(3)):
@@ -120,6 +124,7 @@ def shade(
                         tm.vec3(axes[2, 0], axes[2, 1], axes[2, 2]),
                     )
                 )
+            shown = t
             total += color
         for k in ti.static(range(3)):
             image[row, column, k] = ti.cast(tm.clamp(total[k] / SUPERSAMPLING**2, 0.0, 1.0) * 255.0 + 0.5, ti.u8)
@@ -127,12 +132,13 @@ def shade(
 
 @ti.func
 def _weights(screen: ti.template(), corner, px, py):
-    """Barycentric coordinates in space of the point seen at a sample."""
+    """Barycentric coordinates in space of the point seen there, or of one near on the triangle's rim."""
     a, b, c = corner[0], corner[1], corner[2]
     wa = zbuffer.edge(screen[b, 0], screen[b, 1], screen[c, 0], screen[c, 1], px, py) * screen[a, 2]
     wb = zbuffer.edge(screen[c, 0], screen[c, 1], screen[a, 0], screen[a, 1], px, py) * screen[b, 2]
     wc = zbuffer.edge(screen[a, 0], screen[a, 1], screen[b, 0], screen[b, 1], px, py) * screen[c, 2]
-    return tm.vec3(wa, wb, wc) / (wa + wb + wc)
+    inside = tm.max(tm.vec3(wa, wb, wc) / (wa + wb + wc), 0.0)
+    return inside / (inside[0] + inside[1] + inside[2])
 
 
 @ti.func

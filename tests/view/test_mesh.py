@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from taichi_tryon.errors import RunError
-from taichi_tryon.view.mesh import DrawList, Mesh, Weave, vertex_normals
+from taichi_tryon.view.mesh import DrawList, Mesh, Weave, smoothed, vertex_normals
 
 
 def test_normals_of_a_sphere_point_outwards(shapes):
@@ -37,3 +37,12 @@ def test_nothing_to_draw_or_not_finite_is_refused(shapes):
     vertices[2, 1] = np.nan
     with pytest.raises(RunError, match="not a finite number"):
         DrawList.of([Mesh(vertices, triangles, (1, 1, 1))])
+
+
+def test_smoothing_keeps_constants_evens_out_steps_and_leaves_lone_vertices(shapes):
+    points, triangles, _ = shapes.sheet()
+    values = np.stack([np.full(len(points) + 1, 3.0), np.append(points[:, 0] > 0, 7.0)], axis=1)
+    even = smoothed(values, triangles, 3)
+    np.testing.assert_allclose(even[:, 0], 3.0)
+    assert np.abs(np.diff(even[:9, 1])).max() < 0.7
+    assert even[-1, 1] == 7.0
