@@ -18,7 +18,7 @@ from taichi_tryon import fields
 
 MODES = 6
 # hats that overlap at a vertex: the weights of the nearest nodes are kept
-NEAREST = 5
+NEAREST = 4
 # share of the diagonal added to E: overlapping rigid motions are nearly dependent
 SHIFT = 3e-6
 # contact counts as stiff against this share of the mean diagonal

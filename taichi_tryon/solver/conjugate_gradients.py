@@ -90,10 +90,13 @@ class ConjugateGradients:
                     self.d[i] += self.step[None] * self.p[i]
                     self.r[i] -= self.step[None] * self.ap[i]
 
-    def solve(self, tolerance: float, max_iterations: int, reach: float) -> tuple[int, float]:
-        """Solve for ``d``; returns iterations and the reached sqrt(r^T z) relative to that of b."""
+    def solve(self, tolerance: float, max_iterations: int, reach: float, refresh: bool = True) -> tuple[int, float]:
+        """Solve for ``d``; returns iterations and the reached sqrt(r^T z) relative to that of b.
+
+        ``refresh`` False keeps the coarse space of the last solve, for a matrix that has changed little.
+        """
         self._begin()
-        if self.coarse is not None:
+        if self.coarse is not None and refresh:
             self.coarse.update(float(self.stiffness_sum.to_numpy().sum()) / self.nv, reach)
         count = 0
         while count < max_iterations and self.going[None] == 1:

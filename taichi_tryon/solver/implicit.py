@@ -26,6 +26,8 @@ from taichi_tryon.solver.matrix import Matrix
 # vertices of the cloth per node of the coarse space, and its greatest size: E is dense
 VERTICES_PER_NODE, MOST_NODES = 50, 160
 LEAST_SHARE = 1 / 64
+# Newton iterations that share a coarse space
+REFRESH = 2
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,9 @@ class ImplicitStep:
         while newton < s.max_newton_iterations:
             before = self._potential(inverse_dt)
             self.matrix.assemble(inverse_dt)
-            iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach)
+            iterations, _ = self.linear.solve(
+                s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=newton % REFRESH == 0
+            )
             newton, linear = newton + 1, linear + iterations
             share = self._search(before, inverse_dt)
             if share == 0.0:
