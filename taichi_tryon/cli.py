@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taichi_tryon import timing  # noqa: F401  (starts the clock)
 from taichi_tryon.errors import TryonError
 
 if TYPE_CHECKING:
@@ -83,7 +82,7 @@ def run(
 def check(scene: ScenePath, overrides: Overrides = []) -> None:  # noqa: B006
     """Validate everything that a run would read, build mesh and start, print their sizes; simulate nothing."""
     spec = _load(scene, overrides)
-    from taichi_tryon.simulation import check_scene
+    from taichi_tryon.check import check_scene
 
     print("\n".join(check_scene(spec)))
 
@@ -98,9 +97,11 @@ def view(
 ) -> None:
     """Run a scene in a window: drag to look around, space pauses, r starts again, Esc ends."""
     spec = _load(scene, overrides, precision, threads)
-    from taichi_tryon.simulation import view_scene
+    from taichi_tryon.progress import TerminalProgress
+    from taichi_tryon.window import view_scene
 
-    view_scene(spec, arch=_value(arch))
+    with TerminalProgress() as progress:
+        view_scene(spec, arch=_value(arch), progress=progress)
 
 
 @app.command()

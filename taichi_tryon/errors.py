@@ -12,7 +12,8 @@ class TryonError(Exception):
 class InputError(TryonError):
     """The input is at fault: nothing has been computed or written.
 
-    ``faults`` holds one line each, ``file:line:column: field: what is wrong and what is allowed`` where the place is known.
+    ``faults`` holds one line each, ``file:line:column: field: what is wrong and what is allowed`` where the place
+    is known.
     """
 
     exit_code = 2

@@ -24,9 +24,7 @@ class FabricSpec(Spec):
         None, gt=0, description="bending rigidity of a strip cut at 45 degrees; without it, the mean of warp and weft"
     )
     weight_gf_per_cm2: float = Field(gt=0, description="weight of the fabric")
-    poisson: float = Field(
-        0.0, ge=0, lt=1, description="coupling nu of warp and weft stretch: C12 = nu sqrt(C11 C22)"
-    )
+    poisson: float = Field(0.0, ge=0, lt=1, description="coupling nu of warp and weft stretch: C12 = nu sqrt(C11 C22)")
     damping_time_s: float = Field(
         0.0,
         ge=0,

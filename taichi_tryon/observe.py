@@ -15,6 +15,9 @@ from taichi_tryon.output import maps
 from taichi_tryon.output.observation import Inspection, Observation
 from taichi_tryon.simulation import Simulation
 
+# edge of the grid on which the skin is drawn [m]
+SKIN_SPACING = 0.01
+
 
 @dataclass
 class Observer:
@@ -27,14 +30,15 @@ class Observer:
         self.probe = Probe(self.cloth.triangles, self.simulation.field, stepper.x)
         samples = stepper.contact.samples
         self.sample_vertices, self.sample_weights, self.sample_areas = samples.vertices, samples.weights, samples.areas
-        self._skin_of: tuple[np.ndarray, tuple[np.ndarray, np.ndarray]] | None = None
+        self._pose, self._skin = None, None
 
     def skin(self) -> tuple[np.ndarray, np.ndarray]:
-        """The body's surface now: vertices (n, 3), triangles (m, 3); made anew only when the body has moved."""
+        """The body's surface now: vertices (n, 3), triangles (m, 3); the same object until the body moves."""
         transforms = self.simulation.transforms
-        if self._skin_of is None or not np.array_equal(self._skin_of[0], transforms):
-            self._skin_of = (transforms, surface_mesh(self.simulation.setup.body.posed(transforms)))
-        return self._skin_of[1]
+        if self._pose is None or not np.array_equal(self._pose, transforms):
+            self._pose = transforms
+            self._skin = surface_mesh(self.simulation.setup.body.posed(transforms), SKIN_SPACING)
+        return self._skin
 
     def observe(self) -> list[Observation]:
         """Every garment as a frame shows it."""

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tryon import stage
 from taichi_tryon.observe import Observer
 from taichi_tryon.output.frames import FrameWriter, GarmentFrame
 from taichi_tryon.output.observation import Observation
 from taichi_tryon.output.video import VideoWriter
 from taichi_tryon.units import MM
-from taichi_tryon.view.appearance import Scale, cloth, skin, value_map
-from taichi_tryon.view.camera import bounds_of
+from taichi_tryon.view.appearance import Scale, skin, value_map
 from taichi_tryon.view.pictures import Pictures
 from taichi_tryon.view.renderer import make_renderer
 
@@ -34,47 +34,49 @@ class Recorder:
         self.observer, self.folder, self.index = observer, folder, first
         self.setup = observer.simulation.setup
         self.options = self.setup.scene.output
+        self._written_skin, self._skin_frame = None, None
         self.frames = FrameWriter(folder, self.options.formats, keep_before=first)
-        self.pictures = self.film = None
+        self.pictures = self.film = self.renderer = self.last_picture = None
         self.renderer_name, self.message = "none", None
         if self.options.images or self.options.video or self.options.maps:
-            renderer, self.message = make_renderer(tuple(self.options.image_size))
-            self.renderer_name = renderer.name
-            self.pictures = Pictures(
-                renderer, self.options.views, self._bounds(), folder, images=self.options.images
-            )
+            self.renderer, self.message = make_renderer(tuple(self.options.image_size))
+            self.renderer_name = self.renderer.name
+        try:
+            self._prepare_pictures()
+        except BaseException:
+            self.close()
+            raise
+
+    def _prepare_pictures(self) -> None:
+        if self.renderer is not None:
+            views, bounds = self.options.views, stage.bounds(self.setup)
+            self.pictures = Pictures(self.renderer, views, bounds, self.folder, images=self.options.images)
         if self.options.video:
-            self.film = VideoWriter(folder / "video.mp4", self.options.frames_per_s)
-            for index in range(first):
+            self.film = VideoWriter(self.folder / "video.mp4", self.options.frames_per_s)
+            for index in range(self.index):
                 earlier = self.pictures.stored(index)
                 if earlier is not None:
-                    self.film.add(earlier)
+                    self._film(earlier)
 
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """A box around the body in all poses of the motion, and the garments' start."""
-        motion, body = self.setup.motion, self.setup.body
-        reach = []
-        for time in np.linspace(0, motion.end_time, 5 if motion.end_time else 1):
-            balls = body.posed(motion.transforms(float(time)))
-            bounded = np.isfinite(balls.radii).all(axis=1)
-            # the skin lies well within the balls' supports
-            extent = 0.6 * balls.extents[bounded]
-            reach += [balls.centers[bounded] - extent, balls.centers[bounded] + extent]
-        return bounds_of([*reach, self.setup.positions])
+    def _film(self, picture: np.ndarray) -> None:
+        self.last_picture = picture
+        self.film.add(picture)
 
-    def record(self) -> np.ndarray | None:
-        """Write the present instant as the next frame; returns the film's picture."""
+    def record(self) -> None:
+        """Write the present instant as the next frame."""
         simulation = self.observer.simulation
         seen = self.observer.observe()
         frames = [self._frame(part, index) for index, part in enumerate(seen)]
-        self.frames.write(self.index, simulation.progress.time, frames, self.observer.skin())
-        picture = None
+        skin = self.observer.skin()
+        moved = skin is not self._written_skin
+        self.frames.write(self.index, simulation.progress.time, frames, skin if moved else None, self._skin_frame)
+        if moved:
+            self._written_skin, self._skin_frame = skin, self.index
         if self.options.images or self.options.video:
-            picture = self.pictures.take(self.index, self.meshes(seen))
+            picture = self.pictures.take(self.index, stage.meshes(self.setup, simulation.stepper.x.to_numpy(), skin))
             if self.film is not None:
-                self.film.add(picture)
+                self._film(picture)
         self.index += 1
-        return picture
 
     def _frame(self, seen: Observation, index: int) -> GarmentFrame:
         mesh = self.setup.garments[index].mesh
@@ -90,26 +92,27 @@ class Recorder:
             {**seen.strains, "panel": mesh.panel.astype(np.int32)},
         )
 
-    def meshes(self, seen: list[Observation]) -> list:
-        """What a picture shows: the body's skin and every garment with its weave."""
-        shapes = [skin(*self.observer.skin())]
-        for part, garment in zip(seen, self.setup.garments, strict=True):
-            look = garment.spec.appearance
-            checker = None if look.checker_mm is None else look.checker_mm * MM
-            shapes.append(cloth(part.positions, part.triangles, garment.mesh.rest, look.color, checker))
-        return shapes
-
-    def finish(self, last_picture: np.ndarray | None) -> None:
-        """Draw the maps of the worn shape and close the film on it."""
+    def finish(self) -> None:
+        """Draw the maps of the worn shape and end the film on it."""
         if self.options.maps:
             seen = self.observer.observe()
             for name in self.options.maps:
                 self._draw_map(name, seen)
         if self.film is not None:
-            if last_picture is not None:
+            if self.last_picture is not None:
                 for _ in range(int(FINAL_HOLD * self.options.frames_per_s)):
-                    self.film.add(last_picture)
+                    self.film.add(self.last_picture)
             self.film.close()
+
+    def close(self) -> None:
+        """Keep the film so far and give the renderer back; may be called twice, and must be called in the end: Taichi
+        crashes when it is started anew while GGUI is open."""
+        try:
+            if self.film is not None:
+                self.film.close()
+        finally:
+            if self.renderer is not None:
+                self.renderer.close()
 
     def _draw_map(self, name: str, seen: list[Observation]) -> None:
         key, title, diverging = MAPS[name]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,20 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tryon import STARTED, runtime
 from taichi_tryon import progress as progress_report
-from taichi_tryon import runtime
-from taichi_tryon.dressing.place import disk_frame
-from taichi_tryon.errors import RunError, TryonError
+from taichi_tryon.errors import InputError, Interrupted, RunError, TryonError
+from taichi_tryon.figures import fit_lines, skipped
 from taichi_tryon.observe import Observer
 from taichi_tryon.output import checkpoint, report
 from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.recorder import Recorder
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.scene.resolved import to_yaml
-from taichi_tryon.setup import Setup, prepare
+from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
-from taichi_tryon.timing import PROCESS_START, Stopwatch
-from taichi_tryon.units import MM
+from taichi_tryon.timing import Stopwatch
 
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
 # wall-clock seconds between checkpoints
@@ -53,19 +54,36 @@ def run_scene(
     resume: bool = False,
     progress: progress_report.Report = progress_report.silent,
 ) -> Result:
-    """Run a scene and write the output folder. Raises InputError before anything is written where the input is at fault."""
+    """Run a scene and write the output folder.
+
+    Raises InputError before anything is written where the input is at fault, Interrupted where the user stops it before
+    there is anything to keep, RunError where the disk refuses the report or what comes before the first step.
+    """
+    with stop_by_signal() as stop:
+        try:
+            return _run_scene(scene, output, arch, resume, progress, stop)
+        except KeyboardInterrupt as fault:
+            raise Interrupted("interrupted before the first step: nothing is kept") from fault
+
+
+def _run_scene(scene, output, arch, resume, progress, stop) -> Result:
+    require_writable(output)
     clock = Stopwatch()
     text = to_yaml(scene)
     state = checkpoint.load(output, text) if resume else None
     with clock("startup"):
         device = runtime.start(arch, scene.solver.precision, scene.solver.threads)
-    clock.seconds["startup"] += time.perf_counter() - PROCESS_START - clock.seconds["startup"]
+    clock.seconds["startup"] += time.perf_counter() - STARTED - clock.seconds["startup"]
     progress("prepare", 0.0)
     setup = prepare(scene, clock)
     progress("compile", 0.0)
     simulation = Simulation(setup, clock)
     with log_to(output):
-        return _Run(simulation, output, text, clock, device, progress, state).go()
+        one = _Run(simulation, output, text, clock, device, progress, state)
+        try:
+            return one.go(stop)
+        finally:
+            one.recorder.close()
 
 
 class _Run:
@@ -92,10 +110,10 @@ class _Run:
         if self.recorder.message:
             self.warnings.append(self.recorder.message)
 
-    def go(self) -> Result:
+    def go(self, stop: Stop) -> Result:
+        stop.gently = True
         try:
-            with stop_by_signal():
-                self._loop()
+            self._loop(stop)
             status, reason = self._outcome()
         except KeyboardInterrupt:
             status, reason = "interrupted", "stopped by the user; --resume goes on from here"
@@ -105,12 +123,13 @@ class _Run:
         self.log.info("%s: %s", status, reason)
         return Result(status, reason, self.output)
 
-    def _loop(self) -> None:
+    def _loop(self, stop: Stop) -> None:
         simulation, saved = self.simulation, time.monotonic()
-        self.picture = None
         if self.recorder.index == 0:
             self._record()
         while not simulation.finished:
+            if stop.asked:
+                raise KeyboardInterrupt
             phase, begin = simulation.progress.phase, time.perf_counter()
             simulation.advance()
             self.step_seconds.append(time.perf_counter() - begin)
@@ -123,11 +142,12 @@ class _Run:
             if time.monotonic() - saved > CHECKPOINT_EVERY:
                 self._save()
                 saved = time.monotonic()
-        self._record()
+        if self.step_seconds:  # else the run that went on from a checkpoint was over already
+            self._record()
 
     def _record(self) -> None:
         with self.clock("output"):
-            self.picture = self.recorder.record()
+            self.recorder.record()
         self.next_frame = (int(self.simulation.progress.time / self.interval + 1e-9) + 1) * self.interval
 
     def _save(self) -> None:
@@ -142,12 +162,13 @@ class _Run:
             return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
         if limit_is_off(self.simulation.scene):
             return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"
-        return "failed", f"not settled: net force {p.residual:.2e} of the weight after settle.max_time_s, limit {limit:g}"
+        force = f"net force {p.residual:.2e} of the weight, limit {limit:g}"
+        return "failed", f"not settled after settle.max_steps: {force}"
 
     def _end(self, status: str, reason: str) -> None:
         """Everything that can still be written is written, whatever the status."""
         faults = []
-        for action in (self._save, lambda: self.recorder.finish(getattr(self, "picture", None))):
+        for action in (self._save, self.recorder.finish):
             try:
                 with self.clock("output"):
                     action()
@@ -161,8 +182,9 @@ class _Run:
         with self.clock("output"):
             whole, garments = self.observer.inspect()
             parts = {seen.name: report.quality(seen) for seen in garments}
+        positions = simulation.stepper.x.to_numpy()
         for garment in setup.garments:
-            parts[garment.name]["fit_mm"] = fit_lines(setup, garment, simulation)
+            parts[garment.name]["fit_mm"] = fit_lines(setup, garment, positions, simulation.transforms)
         p, steps = simulation.progress, self.step_seconds or [0.0]
         return {
             "scene": setup.scene.scene,
@@ -198,56 +220,50 @@ _PICKS = {"min": min, "mean": lambda values: sum(values) / len(values), "max": m
 
 def limit_is_off(scene: SceneSpec) -> bool:
     """Whether the scene asks for no settling at all."""
-    return scene.settle.max_time_s == 0
+    return scene.settle.max_steps == 0
 
 
-def fit_lines(setup: Setup, garment, simulation: Simulation) -> dict:
-    """How far each opening of a garment lies from the plane of the disk it was laid on [mm], positive along the disk's
-    normal (towards hem, wrist, ankle)."""
-    start = next(part.vertices.start for part in setup.cloth.parts if part.name == garment.name)
-    positions = simulation.stepper.x.to_numpy()
-    result = {}
-    for line in garment.dressed.lines:
-        center, normal = disk_frame(garment.spec.dressing, line.disk, setup.body, simulation.transforms)
-        away = (positions[line.vertices + start] - center) @ normal / MM
-        result[line.name] = {
-            "mean": round(float(away.mean()), 3),
-            "min": round(float(away.min()), 3),
-            "max": round(float(away.max()), 3),
-        }
-    return result
+class Stop:
+    """Ctrl-C and SIGTERM. Before ``gently`` they end what is going on; afterwards they are ``asked`` for, so that the
+    present step and everything written can be finished."""
 
+    def __init__(self) -> None:
+        self.gently = self.asked = False
 
-def skipped(setup: Setup) -> list[dict[str, str]]:
-    """What this scene did not need, and why."""
-    options, result = setup.scene.output, []
-    if setup.motion.end_time == 0:
-        result.append({"what": "motion of the body", "why": "the scene has no motion: the body's cells are listed once"})
-    if setup.scene.contact.friction == 0:
-        result.append({"what": "friction", "why": "contact.friction is 0"})
-    for what, wanted in (("pictures", options.images), ("film", options.video), ("maps", options.maps)):
-        if not wanted:
-            result.append({"what": what, "why": f"output.{'images' if what == 'pictures' else what} asks for none"})
-    result.append({"what": "contact of cloth with cloth", "why": "not part of this version"})
-    return result
+    def __call__(self, *_) -> None:
+        if not self.gently:
+            raise KeyboardInterrupt
+        self.asked = True
 
 
 @contextmanager
-def stop_by_signal() -> Iterator[None]:
-    """SIGTERM ends a run as Ctrl-C does: everything is kept."""
-
-    def stop(*_):
-        raise KeyboardInterrupt
-
+def stop_by_signal() -> Iterator[Stop]:
+    """Catch SIGINT and SIGTERM; in the main thread only, as others get no signals."""
+    stop, before = Stop(), {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        before = signal.signal(signal.SIGTERM, stop)
-    except ValueError:  # not the main thread
-        yield
-        return
-    try:
-        yield
+        yield stop
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def require_writable(folder: Path) -> None:
+    """Find out without writing whether an output folder can be made. Raises InputError where not."""
+    try:
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    except OSError as fault:
+        raise InputError(f"--output {folder}: cannot be a folder: {fault.strerror}") from fault
+    if not there.is_dir():
+        raise InputError(f"--output {folder}: {there} is a file; choose another folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"--output {folder}: {there} is not writable; choose another folder")
+
+
+class _LogFile(logging.FileHandler):
+    def handleError(self, record: logging.LogRecord) -> None:
+        """A disk that refuses the log refuses more: the run ends by that, without tracebacks from here."""
 
 
 @contextmanager
@@ -255,9 +271,9 @@ def log_to(folder: Path) -> Iterator[None]:
     """``log.txt`` in the output folder takes what the run has to say."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        handler = logging.FileHandler(folder / "log.txt", mode="a")
+        handler = _LogFile(folder / "log.txt", mode="a")
     except OSError as fault:
-        raise RunError(f"{folder}: cannot write the output folder: {fault.strerror}; choose another with --output") from fault
+        raise RunError(f"{folder}: cannot be written: {fault.strerror}; choose another folder with --output") from fault
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger = logging.getLogger("taichi_tryon")
     logger.setLevel(logging.INFO)

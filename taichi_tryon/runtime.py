@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import io
 import os
+import sys
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +40,7 @@ def start(
     """Start (or restart) Taichi on ``arch`` ("cpu", "cuda", or None: cuda if it starts, else cpu).
 
     All Taichi fields made before are gone afterwards. Raises InputError where CUDA is asked for and does not start:
-    Taichi itself would fall back without an error.
+    Taichi itself would fall back without an error. What ran before goes on then.
     """
     threads = threads or len(os.sched_getaffinity(0))
     options = dict(
@@ -48,14 +52,25 @@ def start(
         offline_cache=offline_cache,
         offline_cache_file_path=str(cache or default_cache()),
     )
-    wanted = ti.cuda if arch == "cuda" or (arch is None and _cuda_starts()) else ti.cpu
-    ti.init(arch=wanted, **options)
-    got = "cuda" if ti.cfg.arch == ti.cuda else "cpu"
-    if arch == "cuda" and got != "cuda":
+    with_cuda = arch != "cpu" and _cuda_starts()
+    if arch == "cuda" and not with_cuda:
         raise InputError("--arch cuda: no CUDA device starts on this machine; leave --arch out or use --arch cpu")
+    # Taichi prints the device; stdout belongs to our own results.
+    with redirect_stdout(io.StringIO()):
+        ti.init(arch=ti.cuda if with_cuda else ti.cpu, **options)
+    got = "cuda" if ti.cfg.arch == ti.cuda else "cpu"
     return Device(arch=got, precision=precision, threads=threads)
 
 
 def _cuda_starts() -> bool:
-    """Whether CUDA is there, asked without ti.gpu, which would silently take Vulkan on a software driver."""
-    return bool(ti._lib.core.with_cuda())
+    """Whether CUDA is there, asked without ti.gpu, which would silently take Vulkan on a software driver.
+
+    The driver is asked before Taichi: Taichi warns where there is none, and does not count the devices.
+    """
+    try:
+        driver = ctypes.CDLL("nvcuda.dll" if sys.platform == "win32" else "libcuda.so")  # as Taichi names it
+    except OSError:
+        return False
+    devices = ctypes.c_int(0)
+    there = driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(devices)) == 0 and devices.value > 0
+    return there and bool(ti._lib.core.with_cuda())

@@ -15,7 +15,7 @@ from taichi_tryon.units import MM
 
 PHASES = ("dress", "drape", "move", "settle")
 # dressing is over when no vertex moves further in a step [m], or after so many steps
-DRESSED_MOVE, DRESS_STEPS = 1.5e-3, 60
+DRESSED_MOVE, DRESS_STEPS = 1e-3, 60
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # a rejected step is tried again with this share of it; after an accepted one the step grows again
@@ -44,7 +44,8 @@ class Progress:
 class Simulation:
     """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
 
-    dress: steps without inertia, in which the forced garment takes its own shape; drape: it falls into place; move:
+    dress: steps without inertia, weight and friction, in which the forced garment takes its own shape, so that nothing
+    of the force sticks to the body; drape: it falls into place; move:
     the body goes through its motion; settle: steps without inertia and of growing length, until the net force on the
     free vertices is below ``settle.residual`` of the weight.
     """
@@ -136,7 +137,7 @@ class Simulation:
             self.transforms = self.setup.motion.transforms(p.phase_time + dt)
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
-        self.stepper.settings = self._settling if p.phase == "settle" else self._moving
+        self._set_forces()
         with self.clock("solve"):
             result = self.stepper.step(dt, inertia=0.0 if still else 1.0)
         p.newton_iterations += result.newton_iterations
@@ -146,11 +147,19 @@ class Simulation:
             self.field.set_pose(before)
             return False
         p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
-        p.time, p.phase_time = p.time + dt, p.phase_time + dt
+        # the long steps of settling are no time that passes
+        p.time, p.phase_time = p.time + min(dt, self.scene.solver.step_s), p.phase_time + dt
         p.moved = result.moved
         longest = LONGEST_SETTLING_STEP if p.phase == "settle" else self.scene.solver.step_s
         p.dt = min(p.dt * GROW, longest)
         return True
+
+    def _set_forces(self) -> None:
+        """What acts in the present phase, and how exactly it is solved."""
+        phase, scene = self.progress.phase, self.scene
+        self.stepper.settings = self._settling if phase == "settle" else self._moving
+        self.stepper.gravity[None] = np.array(scene.gravity_m_s2) * (phase != "dress")
+        self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
 
     def _body_step(self, start: float, dt: float) -> float:
         """The part of dt in which no ball of the body moves further than BODY_MOVE."""
@@ -172,7 +181,7 @@ class Simulation:
             return p.phase_time >= self.setup.motion.end_time - 1e-9
         with self.clock("solve"):
             p.residual = self.stepper.balance()
-        return self.settled or p.phase_time >= scene.settle.max_time_s
+        return self.settled or p.phase_steps >= scene.settle.max_steps
 
     def _next_phase(self) -> None:
         p = self.progress
@@ -182,6 +191,8 @@ class Simulation:
             p.phase = "move"
         if p.phase == "move" and self.setup.motion.end_time == 0:
             p.phase = "settle"
+        if p.phase == "settle" and self.scene.settle.max_steps == 0:
+            p.phase = "done"
         p.phase_steps, p.phase_time, p.dt = 0, 0.0, self.scene.solver.step_s
         if p.phase == "settle":
             self.field.set_pose(self.transforms)

@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 
 class Spec(BaseModel):
-    """A mapping in a YAML file: unknown keys and values of the wrong type are faults, and nothing changes after loading."""
+    """A mapping in a YAML file: unknown keys and values of the wrong type are faults, and nothing changes later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, validate_default=True, allow_inf_nan=False)
 

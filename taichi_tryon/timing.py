@@ -7,8 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PROCESS_START = time.perf_counter()
-"""About when the program started: this module is imported first."""
+from taichi_tryon import STARTED
 
 STAGES = ("startup", "compile", "body", "mesh", "dressing", "solve", "contact", "output")
 
@@ -35,4 +34,4 @@ class Stopwatch:
     def timings(self) -> dict[str, float]:
         """Seconds by stage, and the total since the program started."""
         stages = {stage: round(self.seconds[stage], 4) for stage in STAGES}
-        return {"total": round(time.perf_counter() - PROCESS_START, 4), **stages}
+        return {"total": round(time.perf_counter() - STARTED, 4), **stages}

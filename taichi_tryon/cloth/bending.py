@@ -8,7 +8,8 @@ curvature tensor of the triangle is that of the Morley element,
     kappa = sum_k alpha_k (l_k / A) n_k n_k^T,
 
 n_k the outward normal of edge k in material coordinates. phi minimises the energy, which is a fixed sparse linear
-system, so bending stiffness depends on nothing but the pattern. Converges on every mesh, along warp, weft and bias alike.
+system, so bending stiffness depends on nothing but the pattern. Converges on every mesh, along warp, weft and bias
+alike.
 
 Sources: Grinspun, Gingold, Reisman, Zorin 2006, "Computing discrete shape operators on general meshes"; Morley 1968,
 "The triangular equilibrium element in the solution of plate bending problems".

@@ -1,8 +1,8 @@
 """The elastic forces of the whole cloth: membrane and bending over all triangles and hinges, as Taichi fields.
 
-``evaluate`` fills what forces and Hessian blocks are made of; forces are gathered at the vertices, so that no two threads
-write to one place and every run gives the same bits. Internal friction enters through the strain and hinge angles at
-the start of a step: stress = C (E + tau (E - E_start) / dt).
+``evaluate`` fills what forces and Hessian blocks are made of; forces are gathered at the vertices, so that no two
+threads write to one place and every run gives the same bits. Internal friction enters through the strain and hinge
+angles at the start of a step: stress = C (E + tau (E - E_start) / dt).
 """
 
 import numpy as np
@@ -74,7 +74,7 @@ class Elastic:
         self.least_height = fields.vectors(heights)
 
     def _chebyshev(self, rate: tuple[float, float]):
-        """Coefficients of the Chebyshev iteration for a spectrum within ``rate`` (Saad, Iterative Methods, alg. 12.1)."""
+        """Coefficients of the Chebyshev iteration for a spectrum within ``rate`` (Saad, Iterative Methods, 12.1)."""
         centre, half = (rate[1] + rate[0]) / 2, (rate[1] - rate[0]) / 2
         sigma = centre / half
         rho = 1 / sigma
@@ -226,8 +226,8 @@ class Elastic:
             self.sums[chunk] = total
 
     def energies(self, inverse_dt: float = 0.0, triangles: slice | None = None) -> np.ndarray:
-        """Stretch, shear, bending and (over the step so far) friction energy [J] at the positions last evaluated, of all
-        triangles or of some."""
+        """Stretch, shear, bending and (over the step so far) friction energy [J] at the positions last evaluated, of
+        all triangles or of some."""
         first, last = (0, self.nt) if triangles is None else (triangles.start, triangles.stop)
         self._sum_energies(inverse_dt, first, last)
         return self.sums.to_numpy().sum(axis=0)

@@ -1,8 +1,8 @@
 """Orthotropic St. Venant-Kirchhoff membrane on linear triangles: value, gradient, Hessian block.
 
-The deformation gradient F = [f1 f2] = sum_i x_i (g_i)^T maps warp and weft directions into space; g_i is the gradient of
-corner i's hat function in material coordinates. Strain is E11 = (f1.f1 - 1)/2, E22 = (f2.f2 - 1)/2 and the shear angle
-2 E12 = f1.f2, as KES measures it. ``stretch`` holds C11, C22, C12, C66.
+The deformation gradient F = [f1 f2] = sum_i x_i (g_i)^T maps warp and weft directions into space; g_i is the gradient
+of corner i's hat function in material coordinates. Strain is E11 = (f1.f1 - 1)/2, E22 = (f2.f2 - 1)/2 and the shear
+angle 2 E12 = f1.f2, as KES measures it. ``stretch`` holds C11, C22, C12, C66.
 
 Everything here is a pure function of one triangle, per unit of area.
 """
@@ -19,9 +19,7 @@ def strain(f1, f2):
 @ti.func
 def stress(stretch, e):
     """Second Piola-Kirchhoff stress (S11, S22, S12) [N/m] of the strain (E11, E22, 2 E12)."""
-    return ti.Vector(
-        [stretch[0] * e[0] + stretch[2] * e[1], stretch[2] * e[0] + stretch[1] * e[1], stretch[3] * e[2]]
-    )
+    return ti.Vector([stretch[0] * e[0] + stretch[2] * e[1], stretch[2] * e[0] + stretch[1] * e[1], stretch[3] * e[2]])
 
 
 @ti.func
@@ -56,9 +54,7 @@ def hessian(stretch, tension, f1, f2, gi, gj):
     ``tension_only`` of it for a positive semi-definite one."""
     shear_i = gi[0] * f2 + gi[1] * f1
     shear_j = gj[0] * f2 + gj[1] * f1
-    geometric = (
-        tension[0] * gi[0] * gj[0] + tension[1] * gi[1] * gj[1] + tension[2] * (gi[0] * gj[1] + gi[1] * gj[0])
-    )
+    geometric = tension[0] * gi[0] * gj[0] + tension[1] * gi[1] * gj[1] + tension[2] * (gi[0] * gj[1] + gi[1] * gj[0])
     return (
         stretch[0] * gi[0] * gj[0] * f1.outer_product(f1)
         + stretch[1] * gi[1] * gj[1] * f2.outer_product(f2)

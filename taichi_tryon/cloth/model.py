@@ -92,9 +92,10 @@ class Cloth:
 
 
 def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:
-    """Edges with the vertices opposite (ne, 4) and the triangles beside them (ne, 2); a border's triangle comes first."""
+    """Edges with the vertices opposite (ne, 4) and the triangles beside them (ne, 2); a border's one is the first."""
     border = topology.edge_triangles[:, :1] < 0
-    flip = [np.where(border, pair[:, ::-1], pair) for pair in (topology.edges, topology.opposite, topology.edge_triangles)]
+    pairs = (topology.edges, topology.opposite, topology.edge_triangles)
+    flip = [np.where(border, pair[:, ::-1], pair) for pair in pairs]
     return np.hstack(flip[:2]), flip[2]
 
 
@@ -116,6 +117,7 @@ def _edge_rate(triangle_edges, hinge_triangles, stiffness) -> tuple[float, float
     scale = sp.diags(1 / np.sqrt(system.diagonal()))
     scaled = scale @ system @ scale
     start = np.ones(ne)
-    high = spla.eigsh(scaled, k=1, which="LA", v0=start, tol=1e-2, return_eigenvectors=False)[0]
-    low = spla.eigsh(2 * high * sp.identity(ne) - scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]
+    greatest = dict(k=1, which="LA", v0=start, return_eigenvectors=False)
+    high = spla.eigsh(scaled, tol=1e-2, **greatest)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - scaled, tol=1e-3, **greatest)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

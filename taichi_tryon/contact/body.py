@@ -1,14 +1,15 @@
 """Contact and friction between the cloth and the body.
 
 Normal: the samples are held off the skin by the contact thickness t, by the one-sided potential k A depth^3 / (3 t) in
-the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets no
-jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
-reached at the pressure k t. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one place
-than in another.
+the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
+no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
+reached at the pressure k t. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
+place than in another.
 
-Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its force exceeds
-mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration the spring is the secant
-``bond`` of the last iterate, so that matrix and energy stay convex; at convergence Coulomb's law holds exactly.
+Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
+force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration the spring is
+the secant ``bond`` of the last iterate, so that matrix and energy stay convex; at convergence Coulomb's law holds
+exactly.
 """
 
 import numpy as np
@@ -16,7 +17,6 @@ import taichi as ti
 
 from taichi_tryon import fields
 from taichi_tryon.contact.samples import Samples
-
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
@@ -68,7 +68,8 @@ class BodyContact:
         n = self.normal[s]
         normal_part = n.outer_product(n)
         self.load[s] = self._pressure(s) * self.area[s] * n - self.bond[s] * self.drag[s]
-        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + self.bond[s] * (ti.Matrix.identity(float, 3) - normal_part)
+        tangential_part = ti.Matrix.identity(float, 3) - normal_part
+        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + self.bond[s] * tangential_part
 
     @ti.kernel
     def evaluate(self):
@@ -95,7 +96,7 @@ class BodyContact:
                 drag = (self.drag[s] + ahead * (v - n * n.dot(v))).norm()
                 stick = self._steepness(s) * self.area[s]
                 limit = self.friction[None] * self._pressure(s) * self.area[s]
-                self.bond[s] = stick if stick * drag <= limit else limit / drag
+                self.bond[s] = ti.min(stick, limit / ti.max(drag, 1e-30))
                 self._respond(s)
             else:
                 # a sample that meets the body within this step slides first

@@ -20,7 +20,7 @@ def fingerprint(scene_text: str) -> str:
 
 
 def save(folder: Path, scene_text: str, state: dict[str, np.ndarray]) -> None:
-    """Write ``checkpoint.npz``, whole or not at all. Raises RunError where the disk refuses or a number is not finite."""
+    """Write ``checkpoint.npz``, whole or not at all. Raises RunError where the disk refuses or a value is NaN."""
     for name, values in state.items():
         if values.dtype.kind == "f" and np.isnan(values).any():
             raise RunError(f"{folder / NAME}: {name} is not a number; the checkpoint before is kept")
@@ -33,7 +33,7 @@ def save(folder: Path, scene_text: str, state: dict[str, np.ndarray]) -> None:
 
 
 def load(folder: Path, scene_text: str) -> dict[str, np.ndarray]:
-    """Read a checkpoint of the same scene. Raises InputError where there is none, it is broken, or the scene differs."""
+    """Read a checkpoint of the same scene. Raises InputError where it lacks, is broken, or the scene differs."""
     path = folder / NAME
     if not path.exists():
         raise InputError(f"{path}: no checkpoint to resume from; leave --resume out to start anew")

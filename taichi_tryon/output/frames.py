@@ -76,6 +76,7 @@ class FrameWriter:
         time_s: float,
         garments: Sequence[GarmentFrame],
         body: tuple[np.ndarray, np.ndarray] | None = None,
+        body_of: int | None = None,
     ) -> list[Path]:
         """Write one frame and return its files.
 
@@ -84,6 +85,7 @@ class FrameWriter:
             time_s: simulated time.
             garments: all garments, in the scene's order; all with the same arrays.
             body: (vertices (n, 3) m, triangles (m, 3)), or None.
+            body_of: without a ``body``, the earlier frame whose body is still the one to show.
 
         Raises:
             RunError: a value is not finite, an array has the wrong length, or the disk refuses.
@@ -104,21 +106,24 @@ class FrameWriter:
                 written.append(path)
         if "vtu" in self.formats:
             self._entries = [entry for entry in self._entries if entry[0] < index]
-            self._entries += [(index, float(time_s), part, stem) for part, stem in enumerate(parts)]
+            shown = [f"{stem}_{index:04d}" for stem in parts]
+            if body is None and body_of is not None:
+                shown.append(f"body_{body_of:04d}")
+            self._entries += [(index, float(time_s), part, stem) for part, stem in enumerate(shown)]
             self._write_collection()
         return written
 
     def _write_collection(self) -> None:
         root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
         collection = ElementTree.SubElement(root, "Collection")
-        for index, time_s, part, stem in self._entries:
+        for _, time_s, part, stem in self._entries:
             ElementTree.SubElement(
                 collection,
                 "DataSet",
                 timestep=repr(time_s),
                 group="",
                 part=str(part),
-                file=f"frames/{stem}_{index:04d}.vtu",
+                file=f"frames/{stem}.vtu",
             )
         ElementTree.indent(root)
         text = ElementTree.tostring(root, encoding="unicode", xml_declaration=True)
@@ -221,15 +226,16 @@ def _merge(index: int, garments: Sequence[GarmentFrame]) -> meshio.Mesh:
 
 
 def _entries_before(collection: Path, index: int) -> list[tuple[int, float, int, str]]:
-    """(index, time, part, stem) of the data sets in an existing ``frames.pvd`` whose index is smaller."""
+    """(frame, time, part, file's stem) of the data sets in an existing ``frames.pvd`` of frames before ``index``."""
     if index <= 0 or not collection.exists():
         return []
     entries = []
     try:
         for item in ElementTree.parse(collection).getroot().iter("DataSet"):
-            stem, _, number = Path(item.attrib["file"]).stem.rpartition("_")
-            if int(number) < index:
-                entries.append((int(number), float(item.attrib["timestep"]), int(item.attrib["part"]), stem))
-    except (ElementTree.ParseError, KeyError, ValueError) as fault:
+            stem, part = Path(item.attrib["file"]).stem, int(item.attrib["part"])
+            # part 0 is the garments' own file; the body's may be that of an earlier frame
+            frame = int(stem.rpartition("_")[2]) if part == 0 else entries[-1][0]
+            entries.append((frame, float(item.attrib["timestep"]), part, stem))
+    except (ElementTree.ParseError, KeyError, ValueError, IndexError) as fault:
         raise RunError(f"{collection}: is not a list of frames ({fault}); remove it to go on") from fault
-    return entries
+    return [entry for entry in entries if entry[0] < index]

@@ -28,9 +28,9 @@ class Observation:
 class Inspection(Observation):
     """An observation with all that the report judges it by.
 
-    net_forces (nv, 3) and weights (nv,) [N]; depths (nt,) [m] of the deepest point inside the body, with how many of the
-    points looked at lie inside (``inside``, ``samples`` (nt,)); pressures (ns,) [Pa] and areas (ns,) [m^2] of the contact
-    samples; energies [J] by name; crossings (k, 2) pairs of triangles.
+    net_forces (nv, 3) and weights (nv,) [N]; depths (nt,) [m] of the deepest point inside the body, with how many of
+    the points looked at lie inside (``inside``, ``samples`` (nt,)); pressures (ns,) [Pa] and areas (ns,) [m^2] of the
+    contact samples; energies [J] by name; crossings (k, 2) pairs of triangles.
     """
 
     net_forces: np.ndarray

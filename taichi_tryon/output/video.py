@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
+from av.error import FFmpegError
 
 from taichi_tryon.errors import RunError
 
@@ -45,15 +48,17 @@ class VideoWriter:
         height, width = self._shape
         if height % 2 or width % 2:
             rgb = np.pad(rgb, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-        self._file.write_frame(np.ascontiguousarray(rgb))
+        with self._refusals():
+            self._file.write_frame(np.ascontiguousarray(rgb))
         self.count += 1
 
     def close(self) -> None:
-        """Finish the file; may be called twice."""
+        """Finish the file; may be called twice. Raises RunError where the disk refuses."""
         if self._file is not None:
-            self._file.close()
-            self._file = None
-            self._temporary.replace(self.path)
+            file, self._file = self._file, None
+            with self._refusals():
+                file.close()
+                self._temporary.replace(self.path)
 
     def __enter__(self) -> VideoWriter:
         return self
@@ -62,10 +67,16 @@ class VideoWriter:
         self.close()
 
     def _open(self, shape: tuple[int, int]) -> None:
-        try:
+        with self._refusals():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = iio.imopen(self._temporary, "w", plugin="pyav")
             self._file.init_video_stream("libx264", fps=self.fps, pixel_format="yuv420p")
-        except (OSError, ValueError) as fault:
-            raise RunError(f"{self.path}: the film cannot be written: {fault}") from fault
         self._shape = shape
+
+    @contextmanager
+    def _refusals(self) -> Iterator[None]:
+        """What disk and encoder refuse, as one line."""
+        try:
+            yield
+        except (OSError, ValueError, FFmpegError) as fault:
+            raise RunError(f"{self.path}: the film cannot be written: {fault}") from fault

@@ -102,7 +102,7 @@ class SettleSpec(Spec):
     """When the worn shape counts as found."""
 
     residual: float = Field(1e-2, gt=0, le=1, description="net force on free vertices over weight, 2-norms")
-    max_time_s: float = Field(20.0, ge=0, le=3600, description="simulated time given to reach it")
+    max_steps: int = Field(200, ge=0, le=100_000, description="steps given to reach it; 0: do not settle")
 
 
 class OutputSpec(Spec):

@@ -1,8 +1,8 @@
 """Coarse space of rigid motions: what block-Jacobi cannot see, a preconditioner that scales.
 
-A few nodes are spread over the cloth; around each, a hat of the distance along the cloth (seams included) blends six rigid
-motions about the node's present centre. Rigid motions, unlike polynomials, do not lock on curved cloth. The coarse
-matrix E = P^T A P is gathered, inverted densely, and added to block-Jacobi: z = D^-1 r + P E^-1 P^T r. Where contact
+A few nodes are spread over the cloth; around each, a hat of the distance along the cloth (seams included) blends six
+rigid motions about the node's present centre. Rigid motions, unlike polynomials, do not lock on curved cloth. The
+coarse matrix E = P^T A P is gathered, inverted densely, and added to block-Jacobi: z = D^-1 r + P E^-1 P^T r. Where contact
 holds a vertex, its row of P is filtered by (I + K_contact / (0.1 mean diagonal))^-1: the coarse space must not push
 into the body.
 """
@@ -92,7 +92,8 @@ class CoarseSpace:
         nv, nodes = self.nv, self.node_count
         hats = sp.csr_matrix((weights.ravel() > 0, (np.repeat(np.arange(nv), NEAREST), ids.ravel())), shape=(nv, nodes))
         rows, columns = self.matrix.rows, self.matrix.columns
-        links = sp.csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(nv, nv)) + sp.identity(nv, bool, "csr")
+        links = sp.csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(nv, nv))
+        links = links + sp.identity(nv, bool, "csr")
         product = (links @ hats).tocsr()
         product.sort_indices()
         slot_row = np.repeat(np.arange(nv), np.diff(product.indptr))
@@ -109,10 +110,10 @@ class CoarseSpace:
         self.shift, self.turn = (ti.Matrix.field(3, 3, float, shape=len(slot_row)) for _ in range(2))
 
         # E[I, J] gathers vertex i in hat I over slot (i, J); only I <= J
-        count = np.diff(product.indptr)
-        hat = np.repeat(np.arange(nv * NEAREST), np.repeat(count, NEAREST))
-        first = np.repeat(np.repeat(product.indptr[:-1], NEAREST), np.repeat(count, NEAREST))
-        run = np.arange(len(hat)) - np.repeat(np.cumsum(np.repeat(count, NEAREST)) - np.repeat(count, NEAREST), np.repeat(count, NEAREST))
+        count = np.repeat(np.diff(product.indptr), NEAREST)
+        hat = np.repeat(np.arange(nv * NEAREST), count)
+        first = np.repeat(np.repeat(product.indptr[:-1], NEAREST), count)
+        run = np.arange(len(hat)) - np.repeat(np.cumsum(count) - count, count)
         slot = first + run
         upper = (weights.ravel()[hat] > 0) & (ids.ravel()[hat] <= product.indices[slot])
         hat, slot = hat[upper], slot[upper]
@@ -146,13 +147,13 @@ class CoarseSpace:
                 for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                     self._add(self.matrix.column[n], ti.cast(self.matrix.block[n], float), self.block_slot[n])
         for p in range(self.pair_count):
-            I, J = self.pair_row[p], self.pair_column[p]
+            row, column = self.pair_row[p], self.pair_column[p]
             aa, ab = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
             ba, bb = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
             for n in range(self.pair_start[p], self.pair_start[p + 1]):
                 i, slot = self.pair_hat[n] // NEAREST, self.pair_slot[n]
                 w = self.weight[i][self.pair_hat[n] % NEAREST]
-                arm = cross_matrix((self.x[i] - self.center[I]) / self.reach[None])
+                arm = cross_matrix((self.x[i] - self.center[row]) / self.reach[None])
                 shift, turn = w * (self.filter[i] @ self.shift[slot]), w * (self.filter[i] @ self.turn[slot])
                 aa += shift
                 ab += turn
@@ -160,10 +161,10 @@ class CoarseSpace:
                 bb += arm @ turn
             for r in ti.static(range(3)):
                 for c in ti.static(range(3)):
-                    self._put(6 * I + r, 6 * J + c, aa[r, c])
-                    self._put(6 * I + r, 6 * J + 3 + c, ab[r, c])
-                    self._put(6 * I + 3 + r, 6 * J + c, ba[r, c])
-                    self._put(6 * I + 3 + r, 6 * J + 3 + c, bb[r, c])
+                    self._put(6 * row + r, 6 * column + c, aa[r, c])
+                    self._put(6 * row + r, 6 * column + 3 + c, ab[r, c])
+                    self._put(6 * row + 3 + r, 6 * column + c, ba[r, c])
+                    self._put(6 * row + 3 + r, 6 * column + 3 + c, bb[r, c])
 
     @ti.func
     def _put(self, row: int, column: int, value: float):

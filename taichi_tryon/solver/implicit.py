@@ -5,8 +5,8 @@ Each step minimises the incremental potential
     Phi(x) = |x - x_hat|_M^2 / (2 dt^2) + E_elastic(x) + E_contact(x) - m g.x,   x_hat = x_n + dt v_n,
 
 by Newton's method: (M / dt^2 + H) d = -grad Phi, H made positive semi-definite block by block, and a line search on Phi
-that costs nothing where the full step lowers it. The first iteration alone is the linearly implicit Euler step of Baraff
-and Witkin 1998.
+that costs nothing where the full step lowers it. The first iteration alone is the linearly implicit Euler step of
+Baraff and Witkin 1998.
 """
 
 from dataclasses import dataclass
@@ -49,8 +49,8 @@ class StepSettings:
 
 @dataclass(frozen=True)
 class StepResult:
-    """How a step went. ``residual`` is the out-of-balance force over the weight that was left; ``moved`` [m] the farthest
-    that any vertex went."""
+    """How a step went. ``residual`` is the out-of-balance force over the weight that was left; ``moved`` [m] the
+    farthest that any vertex went."""
 
     accepted: bool
     newton_iterations: int
@@ -66,7 +66,7 @@ class ImplicitStep:
     def __init__(
         self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, clock, free=None
     ):
-        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv,) bool, False where held."""
+        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv,), False where held."""
         self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
         self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
@@ -102,7 +102,7 @@ class ImplicitStep:
     # -- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt: float, inertia: float = 1.0) -> StepResult:
-        """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was. ``inertia`` 0 forgets the velocity."""
+        """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was. ``inertia`` 0: from rest."""
         s, inverse_dt = self.settings, 1.0 / dt
         self._begin(dt * inertia)
         self.elastic.begin_step()

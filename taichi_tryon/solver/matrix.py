@@ -10,9 +10,9 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``contact``
-    is the contact stiffness around each vertex, ``stiffness`` the mean of the diagonal without contact. Single precision is enough: the right-hand side is exact, and Newton
-    corrects the step.
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``;
+    ``contact`` is the contact stiffness around each vertex, ``stiffness`` the mean of the diagonal without contact.
+    Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
     def __init__(self, elastic, contact, mass, free):

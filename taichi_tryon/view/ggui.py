@@ -7,7 +7,11 @@ hardware or software.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import taichi as ti
@@ -37,7 +41,8 @@ def open_window(title: str, size: tuple[int, int], show: bool) -> ti.ui.Window:
     if _open:
         raise RunError("no second GGUI window: Taichi bears one at a time; close the first")
     try:
-        window = ti.ui.Window(title, size, vsync=show, show_window=show)
+        with _elsewhere():
+            window = ti.ui.Window(title, size, vsync=show, show_window=show)
     except Exception as fault:  # Taichi raises bare RuntimeErrors and Exceptions here
         raise RunError(f"no GGUI: it needs Vulkan (on Debian: apt-get install {PACKAGES})") from fault
     _open.append(window)
@@ -48,7 +53,31 @@ def close_window(window: ti.ui.Window) -> None:
     """Close a window of ``open_window``; may be called twice."""
     if window in _open:
         _open.remove(window)
-        window.destroy()
+        with _elsewhere():
+            window.destroy()
+
+
+def show_window(window: ti.ui.Window) -> None:
+    """Show what was drawn since the last call."""
+    with _elsewhere():
+        window.show()
+
+
+@contextmanager
+def _elsewhere() -> Iterator[None]:
+    """GGUI reads and writes ``imgui.ini`` in the working directory; the user's is none of its business."""
+    before = os.getcwd()
+    os.chdir(_folder().name)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+@cache
+def _folder() -> TemporaryDirectory:
+    """Lives as long as the program."""
+    return TemporaryDirectory(prefix="taichi_tryon_")
 
 
 class GguiScene:

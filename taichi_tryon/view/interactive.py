@@ -10,7 +10,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon.errors import RunError
-from taichi_tryon.view.ggui import GguiScene, close_window, open_window
+from taichi_tryon.view.ggui import GguiScene, close_window, open_window, show_window
 from taichi_tryon.view.mesh import DrawList, Mesh
 from taichi_tryon.view.occlusion import Occlusion
 from taichi_tryon.view.orbit import HELP, Controls
@@ -49,7 +49,13 @@ class Viewer:
         self._occlusion = Occlusion()
 
     def run(self) -> None:
-        """Until ESC or the window is closed."""
+        """Until ESC or the window is closed; the window is gone afterwards."""
+        try:
+            self._run()
+        finally:
+            close_window(self._window)
+
+    def _run(self) -> None:
         controls, window = self.controls, self._window
         more = True
         draw = self._draw_list()
@@ -68,8 +74,7 @@ class Viewer:
                 draw = self._draw_list()
             self._scene.draw(draw, controls.orbit.camera)
             self._write_texts(more)
-            window.show()
-        close_window(window)
+            show_window(window)
 
     def _draw_list(self) -> DrawList:
         return self._occlusion.apply(DrawList.of(self._meshes()))

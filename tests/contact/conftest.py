@@ -1,0 +1,84 @@
+"""A piece of cloth of four triangles and what it feels of the floor."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.samples import Samples
+
+STIFFNESS, THICKNESS, FRICTION = 1e7, 5e-4, 0.3
+
+
+@pytest.fixture(scope="session")
+def cloth(make_sheet, moduli):
+    return Cloth.join([(make_sheet(0.02, 0.02, 0.01), moduli)])
+
+
+@pytest.fixture(scope="session")
+def samples(cloth):
+    return Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, cloth.vertex_count)
+
+
+@ti.data_oriented
+class Felt:
+    """Contact of the samples, its forces on the vertices and its Hessian as dense arrays."""
+
+    def __init__(self, samples, field, nv):
+        self.x, self.x_start, self.v, self.f = (ti.Vector.field(3, float, shape=nv) for _ in range(4))
+        self.law = BodyContact(
+            samples, field, self.x, self.x_start, self.v, stiffness=STIFFNESS, thickness=THICKNESS, friction=FRICTION
+        )
+        self.total, self.own = (ti.Matrix.field(3, 3, float, shape=nv) for _ in range(2))
+        self.part = ti.Matrix.field(3, 3, float, shape=(len(samples.areas), 3, 3))
+
+    @ti.kernel
+    def _gather(self):
+        for i in self.f:
+            self.f[i] = self.law.force(i)
+            total, own = self.law.row_sum(i)
+            self.total[i], self.own[i] = total, own
+        for s, a, b in self.part:
+            self.part[s, a, b] = self.law.block(s, a, b)
+
+    def start(self, positions, slip=None):
+        """Lie at ``positions`` at the start of a step, still, with no spring stretched."""
+        self.x.from_numpy(positions)
+        self.x_start.from_numpy(positions)
+        self.v.fill(0.0)
+        self.law.slip.fill(0.0)
+        self.law.friction[None] = FRICTION
+        self.law.evaluate()
+        self.law.bind(0.0)
+
+    def at(self, positions) -> np.ndarray:
+        """Forces (nv, 3) at ``positions``, with the springs' secants as they are."""
+        self.x.from_numpy(positions)
+        self.law.evaluate()
+        self._gather()
+        return self.f.to_numpy()
+
+
+@pytest.fixture(scope="session")
+def felt(samples, floor_and_ball_field, cloth):
+    return Felt(samples, floor_and_ball_field, cloth.vertex_count)
+
+
+@pytest.fixture(scope="session")
+def flat(cloth, make_sheet):
+    """Makes positions (nv, 3) of the piece lying level at a height [m]."""
+    points = make_sheet(0.02, 0.02, 0.01).points
+
+    def make(height: float) -> np.ndarray:
+        return np.column_stack([points[:, 0] - 0.01, np.full(len(points), height), 0.01 - points[:, 1]])
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def law():
+    """The figures of the contact under test."""
+    return SimpleNamespace(stiffness=STIFFNESS, thickness=THICKNESS, friction=FRICTION)

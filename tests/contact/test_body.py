@@ -1,0 +1,169 @@
+"""Contact and friction: value, force and Hessian belong together, Coulomb's limit holds, springs are cut to it."""
+
+import numpy as np
+import pytest
+
+DEPTH = 1e-4
+
+
+def rough(flat, law, size=3e-5, seed=0):
+    """The piece about DEPTH below the contact offset, shaken in all directions: some samples come out of contact."""
+    positions = flat(law.thickness - DEPTH)
+    return positions + np.random.default_rng(seed).normal(size=positions.shape) * size
+
+
+def test_pressure_grows_with_the_square_of_the_depth(felt, flat, law, cloth):
+    for depth in (1e-5, 1e-4, 4e-4, law.thickness):
+        force = felt.at(flat(law.thickness - depth))
+        pressure = law.stiffness * depth**2 / law.thickness
+        assert felt.law.pressures() == pytest.approx(pressure, rel=1e-5)
+        assert force[:, 1] == pytest.approx(pressure * cloth.vertex_areas, rel=1e-5)
+        assert felt.law.energy() == pytest.approx(pressure * depth / 3 * cloth.areas.sum(), rel=1e-5)
+
+
+def test_off_the_body_nothing_is_felt(felt, flat, law):
+    for height in (1.0001 * law.thickness, 0.01, 0.5):
+        assert np.abs(felt.at(flat(height))).max() == 0
+        assert felt.law.energy() == 0 and felt.law.pressures().max() == 0
+    felt._gather()
+    assert np.abs(felt.total.to_numpy()).max() == 0 and np.abs(felt.part.to_numpy()).max() == 0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_force_is_minus_the_gradient_of_the_energy(felt, flat, law, friction):
+    """With the springs' secants held, as within a Newton iteration."""
+    start = rough(flat, law)
+    felt.start(start)
+    felt.law.friction[None] = friction
+    felt.at(start + [2e-6, 0, 1e-6])
+    felt.law.bind(0.0)
+    positions, eps = start + [3e-6, -1e-6, 0], 1e-8
+    force = felt.at(positions)
+    direction = np.random.default_rng(1).normal(size=positions.shape)
+    energies = []
+    for sign in (1, -1):
+        felt.at(positions + sign * eps * direction)
+        energies.append(felt.law.energy())
+    assert -(force * direction).sum() == pytest.approx((energies[0] - energies[1]) / (2 * eps), rel=1e-5)
+
+
+def test_force_on_a_ball_is_minus_the_gradient_of_the_energy(felt, flat, law):
+    positions = flat(1.1 + law.thickness - 2e-4)  # its middle touches the top of the ball
+    positions += np.random.default_rng(2).normal(size=positions.shape) * 2e-5
+    felt.start(positions)
+    felt.law.friction[None] = 0.0
+    felt.law.bind(0.0)
+    force = felt.at(positions)
+    assert 0 < (felt.law.pressures() > 0).mean() < 1
+    direction, eps = np.random.default_rng(3).normal(size=positions.shape), 1e-7
+    energies = []
+    for sign in (1, -1):
+        felt.at(positions + sign * eps * direction)
+        energies.append(felt.law.energy())
+    # the gap is found by Newton's method to 3 um at worst, here far better
+    assert -(force * direction).sum() == pytest.approx((energies[0] - energies[1]) / (2 * eps), rel=1e-3)
+
+
+def test_hessian_is_minus_the_derivative_of_the_force(felt, flat, law, samples, cloth):
+    start = rough(flat, law)
+    felt.start(start)
+    felt.at(start + [2e-6, 0, 1e-6])
+    felt.law.bind(0.0)
+    felt.at(start)
+    parts, total, own = felt.part.to_numpy(), felt.total.to_numpy(), felt.own.to_numpy()
+    dense = np.zeros((cloth.vertex_count, 3, cloth.vertex_count, 3))
+    for s, ids in enumerate(samples.vertices):
+        for a in range(3):
+            for b in range(3):
+                dense[ids[a], :, ids[b], :] += parts[s, a, b]
+    size = np.abs(dense).max()
+    assert dense.sum(axis=2) == pytest.approx(total, abs=1e-12 * size)
+    assert np.einsum("iaib->iab", dense) == pytest.approx(own, abs=1e-12 * size)
+    for seed in range(4):
+        direction, eps = np.random.default_rng(seed).normal(size=start.shape), 1e-8
+        slope = (felt.at(start + eps * direction) - felt.at(start - eps * direction)) / (2 * eps)
+        assert np.einsum("iajb,jb->ia", dense, direction) == pytest.approx(-slope, abs=1e-5 * size)
+
+
+def tangential(felt, positions):
+    """Tangential force on the whole piece, and the normal one, after the secant is set there."""
+    felt.at(positions)
+    felt.law.bind(0.0)
+    total = felt.at(positions).sum(axis=0)
+    return np.hypot(total[0], total[2]), total[1]
+
+
+def test_friction_sticks_up_to_mu_and_no_further(felt, flat, law):
+    level = flat(law.thickness - DEPTH)
+    most = law.friction * DEPTH / 2  # where the spring, as stiff as the contact, reaches mu times the pressure
+    for share in (0.25, 0.5, 0.99):
+        felt.start(level)
+        force, load = tangential(felt, level + [share * most, 0, 0])
+        assert force == pytest.approx(share * law.friction * load, rel=1e-5)
+    for share in (1.01, 3.0, 1000.0):
+        felt.start(level)
+        force, load = tangential(felt, level + [0, 0, share * most])
+        assert force == pytest.approx(law.friction * load, rel=1e-6)
+
+
+def test_without_friction_nothing_holds(felt, flat, law):
+    level = flat(law.thickness - DEPTH)
+    felt.start(level)
+    felt.law.friction[None] = 0.0
+    felt.law.bind(0.0)
+    assert np.abs(felt.law.bond.to_numpy()).max() == 0
+    assert tangential(felt, level + [1e-6, 0, 0])[0] == 0
+
+
+def test_the_secant_looks_ahead_along_the_velocity(felt, flat, law):
+    level = flat(law.thickness - DEPTH)
+    felt.start(level)
+    stick = felt.law.bond.to_numpy()
+    felt.v.from_numpy(np.tile([0.1, 0, 0], (len(level), 1)))
+    felt.law.bind(0.01)
+    limit = law.friction * felt.law.pressures() * felt.law.area.to_numpy()
+    assert felt.law.bond.to_numpy() == pytest.approx(limit / 1e-3, rel=1e-9)
+    assert (felt.law.bond.to_numpy() < 0.1 * stick).all()
+    felt.law.bind(0.0)
+    assert felt.law.bond.to_numpy() == pytest.approx(stick)
+
+
+def test_springs_are_cut_at_the_end_of_a_step(felt, flat, law):
+    level = flat(law.thickness - DEPTH)
+    most = law.friction * DEPTH / 2
+    for share, kept in ((0.5, 0.5), (7.0, 1.0)):
+        felt.start(level)
+        moved = level + [0.6 * share * most, 0, 0.8 * share * most]
+        felt.at(moved)
+        felt.law.end_step()
+        slip = felt.law.slip.to_numpy()
+        assert slip == pytest.approx(np.tile([0.6 * kept * most, 0, 0.8 * kept * most], (len(slip), 1)), rel=1e-5)
+        # the spring pulls on in the next step, which starts here
+        felt.x_start.from_numpy(moved)
+        force, load = tangential(felt, moved)
+        assert force == pytest.approx(kept * law.friction * load, rel=1e-5)
+
+
+def test_what_leaves_the_body_forgets_its_spring(felt, flat, law):
+    level = flat(law.thickness - DEPTH)
+    felt.start(level)
+    felt.at(level + [1e-6, 0, 0])
+    felt.law.end_step()
+    assert np.abs(felt.law.slip.to_numpy()).max() > 0
+    felt.at(flat(0.01))
+    felt.law.end_step()
+    assert np.abs(felt.law.slip.to_numpy()).max() == 0
+
+
+def test_the_bodys_own_motion_is_no_slip(felt, flat, law, floor_and_ball_field):
+    """A floor that has moved by 1 mm under cloth that moved with it stretches no spring."""
+    level, now = flat(law.thickness - DEPTH), np.eye(4)[None].copy()
+    now[0, 0, 3] = 1e-3
+    try:
+        felt.start(level)
+        floor_and_ball_field.set_pose(now, np.eye(4)[None])
+        assert tangential(felt, level + [1e-3, 0, 0])[0] < 1e-9
+        force, load = tangential(felt, level)
+        assert force == pytest.approx(law.friction * load, rel=1e-6)
+    finally:
+        floor_and_ball_field.set_pose(np.eye(4)[None])

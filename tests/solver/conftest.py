@@ -1,0 +1,114 @@
+"""A small sheet that steps over a floor and a ball, made once; every test gets it lying flat in free air, at rest."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import taichi as ti
+
+from taichi_tryon import fields
+from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.solver.implicit import ImplicitStep, StepSettings
+from taichi_tryon.timing import Stopwatch
+
+GRAVITY = np.array([0.0, -9.81, 0.0])
+EXACT = StepSettings(
+    tolerance=1e-7, max_newton_iterations=60, linear_tolerance=1e-6, max_linear_iterations=2000, longest_move=0.1
+)
+CONTACT = SimpleNamespace(stiffness=1e7, thickness=5e-4, friction=0.3)
+
+
+@pytest.fixture(scope="session")
+def sheet(make_sheet):
+    return make_sheet(0.12, 0.1, 0.012)
+
+
+@pytest.fixture(scope="session")
+def cloth(sheet, moduli):
+    return Cloth.join([(sheet, moduli)])
+
+
+@pytest.fixture(scope="session")
+def contact():
+    return CONTACT
+
+
+@pytest.fixture(scope="session")
+def level(sheet):
+    """Makes positions (nv, 3) of the sheet lying level at a height [m], its middle over the origin."""
+    points = sheet.points - sheet.points.mean(axis=0)
+    return lambda height: np.column_stack([points[:, 0], np.full(len(points), height), -points[:, 1]])
+
+
+@pytest.fixture(scope="session")
+def _stepper(cloth, level, floor_and_ball_field):
+    laws = (CONTACT.stiffness, CONTACT.thickness, CONTACT.friction)
+    return ImplicitStep(cloth, floor_and_ball_field, level(5.0), laws, GRAVITY, EXACT, Stopwatch())
+
+
+@pytest.fixture
+def stepper(_stepper, level, cloth):
+    """The sheet at rest 5 m up, all vertices free, its linear and Newton's tolerances tight."""
+    s, nv = _stepper, cloth.vertex_count
+    zero = {"velocities": np.zeros((nv, 3)), "slip": s.contact.slip.to_numpy() * 0}
+    s.restore({"positions": level(5.0), "rotation": np.zeros(s.elastic.rotation.shape), **zero})
+    s.gravity[None] = GRAVITY
+    s.contact.friction[None] = CONTACT.friction
+    s.settings = EXACT
+    fields.upload(s.free, np.ones(nv, int))
+    return s
+
+
+@ti.data_oriented
+class Forces:
+    """Forces of the laws on the vertices of a stepper, gathered anew."""
+
+    def __init__(self, stepper):
+        self.elastic, self.contact, self.x = stepper.elastic, stepper.contact, stepper.x
+        self.f = ti.Vector.field(3, float, shape=stepper.nv)
+
+    @ti.kernel
+    def _gather(self):
+        for i in self.f:
+            self.f[i] = self.elastic.force(i) + self.contact.force(i)
+
+    def at(self, positions) -> np.ndarray:
+        self.x.from_numpy(positions)
+        self.elastic.evaluate(0.0)
+        self.contact.evaluate()
+        self._gather()
+        return self.f.to_numpy()
+
+
+@pytest.fixture(scope="session")
+def forces(_stepper):
+    return Forces(_stepper)
+
+
+@pytest.fixture(scope="session")
+def as_sparse():
+    """Turns an assembled Matrix into one of SciPy's (3 nv, 3 nv), held vertices included."""
+
+    def convert(matrix) -> sp.csr_matrix:
+        nv = matrix.nv
+        rows, columns = np.r_[matrix.rows, np.arange(nv)], np.r_[matrix.columns, np.arange(nv)]
+        blocks = np.concatenate([matrix.block.to_numpy(), matrix.diagonal.to_numpy()]).astype(float)
+        i = 3 * rows[:, None, None] + np.arange(3)[:, None] + np.zeros((3, 3), int)
+        j = 3 * columns[:, None, None] + np.arange(3)[None, :] + np.zeros((3, 3), int)
+        return sp.csr_matrix((blocks.ravel(), (i.ravel(), j.ravel())), shape=(3 * nv, 3 * nv))
+
+    return convert
+
+
+@pytest.fixture
+def on_the_floor(stepper, level):
+    """The sheet stretched by 2 and 3 % on the floor, 0.1 mm deep in the contact, half of it about to slip; x returned."""
+    positions = level(CONTACT.thickness - 1e-4) * [1.02, 1, 1.03]
+    stepper.x.from_numpy(positions)
+    stepper.x_start.from_numpy(positions - np.array([1, 0, 1]) * 1e-4 * positions[:, :1])
+    stepper.elastic.begin_step()
+    stepper.elastic.evaluate(0.0)
+    stepper.contact.evaluate()
+    stepper.contact.bind(0.0)
+    return positions

@@ -1,0 +1,218 @@
+"""The implicit step: exact for what backward Euler does exactly, at rest where it should be, and Coulomb's law on a slope."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from taichi_tryon import fields
+
+DT = 1 / 60
+G = 9.81
+
+
+def put(stepper, positions, velocity=(0.0, 0.0, 0.0)):
+    stepper.x.from_numpy(positions)
+    stepper.v.from_numpy(np.broadcast_to(np.asarray(velocity, float), positions.shape).copy())
+    stepper.contact.slip.fill(0.0)
+    stepper.elastic.begin_step()
+
+
+def energy(stepper, masses) -> float:
+    """Elastic, contact and gravity energy where the cloth is [J]."""
+    stepper.balance()
+    height = stepper.x.to_numpy() @ stepper.gravity[None].to_numpy()
+    return float(stepper.elastic.energies()[:3].sum()) + stepper.contact.energy() - float(masses @ height)
+
+
+def settle(stepper, target, masses, steps=80, longest=1.0):
+    """Steps without inertia, of growing length, until the net force is below ``target``; the energies on the way."""
+    dt, energies = DT, [energy(stepper, masses)]
+    for _ in range(steps):
+        assert stepper.step(dt, inertia=0.0).accepted
+        energies.append(energy(stepper, masses))
+        if stepper.balance() < target:
+            break
+        dt = min(1.5 * dt, longest)
+    return np.array(energies)
+
+
+def test_free_flight_is_backward_eulers(stepper, level):
+    """x_n = x_0 + n dt v + n (n + 1) / 2 dt^2 g."""
+    start, v = level(5.0), np.array([1.0, 2.0, -0.5])
+    put(stepper, start, v)
+    for _ in range(20):
+        result = stepper.step(DT)
+        assert result.accepted and result.residual <= stepper.settings.tolerance
+    expected = start + 20 * DT * v + 210 * DT**2 * np.array([0, -G, 0])
+    assert stepper.x.to_numpy() == pytest.approx(expected, abs=1e-8)
+    assert stepper.v.to_numpy() == pytest.approx(np.tile(v + 20 * DT * np.array([0, -G, 0]), (len(start), 1)), abs=1e-6)
+    assert stepper.fastest() == pytest.approx(np.linalg.norm(v + 20 * DT * np.array([0, -G, 0])), abs=1e-6)
+
+
+def test_linear_momentum_is_kept(stepper, level, cloth):
+    stepper.gravity[None] = [0, 0, 0]
+    velocity = np.random.default_rng(0).normal(size=(stepper.nv, 3))
+    put(stepper, level(5.0))
+    stepper.v.from_numpy(velocity)
+    before = cloth.masses @ velocity
+    for _ in range(5):
+        assert stepper.step(DT / 4).accepted
+    assert cloth.masses @ stepper.v.to_numpy() == pytest.approx(before, abs=1e-5 * np.abs(cloth.masses @ abs(velocity)))
+    kinetic = (cloth.masses * (stepper.v.to_numpy() ** 2).sum(axis=1)).sum()
+    assert kinetic < 0.9 * (cloth.masses * (velocity**2).sum(axis=1)).sum()
+
+
+def test_a_sheet_held_at_two_corners_comes_to_rest(stepper, sheet, level, cloth):
+    positions = level(5.0)
+    corners = [int(np.argmin(np.linalg.norm(sheet.points - at, axis=1))) for at in ((0, 0.1), (0.12, 0.1))]
+    free = np.ones(stepper.nv, int)
+    free[corners] = 0
+    fields.upload(stepper.free, free)
+    put(stepper, positions)
+    energies = settle(stepper, 1e-3, cloth.masses)
+    assert stepper.balance() < 1e-3
+    assert np.array_equal(stepper.x.to_numpy()[corners], positions[corners])
+    # looking at the energy sweeps the edge rotations once more, which can only lower it
+    assert (np.diff(energies) <= 1e-9 * np.ptp(energies)).all()
+    assert energies[0] - energies[-1] > 0.5 * cloth.masses.sum() * G * 0.04  # it hangs
+    # global equilibrium: the elastic forces on the two corners carry the weight of the rest
+    reaction = _pull(stepper, corners)
+    assert reaction.sum(axis=0) == pytest.approx([0, -G * (cloth.masses.sum() - cloth.masses[corners].sum()), 0], abs=2e-3)
+
+
+def _pull(stepper, vertices) -> np.ndarray:
+    """Force of the cloth on vertices that are held, weights left out: that which they would feel were they free."""
+    held = stepper.free.to_numpy()
+    fields.upload(stepper.free, np.ones(stepper.nv, int))
+    net = stepper.net_forces()[vertices]
+    fields.upload(stepper.free, held)
+    return net - stepper.mass.to_numpy()[vertices, None] * stepper.gravity[None].to_numpy()
+
+
+def contact_force(stepper) -> np.ndarray:
+    """Sum of all contact and friction forces [N] at rest."""
+    stepper.balance()
+    touching = stepper.contact.depth.to_numpy() > 0
+    return stepper.contact.load.to_numpy()[touching].sum(axis=0)
+
+
+def test_a_sheet_on_a_ball_rests_with_its_whole_weight(stepper, level, cloth):
+    put(stepper, level(1.1 + 1e-3))
+    settle(stepper, 1e-3, cloth.masses)
+    assert stepper.balance() < 1e-3
+    weight = G * cloth.masses.sum()
+    assert contact_force(stepper) == pytest.approx([0, weight, 0], abs=5e-3 * weight)
+    away = np.linalg.norm(stepper.x.to_numpy() - [0, 1, 0], axis=1)
+    assert away.min() > 0.1  # outside the skin, and draped over the ball
+    assert stepper.x.to_numpy()[:, 1].min() < 1.1 - 0.01
+
+
+def lying(stepper, level, contact, slope, mass=0.29):
+    """The sheet on a slope, gravity turned instead of the floor, as deep in the contact as its weight presses it."""
+    stepper.gravity[None] = [G * np.sin(slope), -G * np.cos(slope), 0]
+    depth = np.sqrt(mass * G * np.cos(slope) * contact.thickness / contact.stiffness)
+    put(stepper, level(contact.thickness - depth))
+
+
+def test_a_flat_sheet_lies_as_deep_as_its_weight(stepper, level, contact, cloth):
+    lying(stepper, level, contact, 0.0)
+    assert stepper.balance() < 1e-3
+    assert contact_force(stepper) == pytest.approx([0, G * cloth.masses.sum(), 0], rel=5e-3, abs=1e-6)
+
+
+def test_below_the_angle_of_friction_it_sticks(stepper, level, contact):
+    lying(stepper, level, contact, np.arctan(0.98 * contact.friction))
+    start = stepper.x.to_numpy()
+    for _ in range(60):
+        assert stepper.step(DT).accepted
+    moved = np.linalg.norm(stepper.x.to_numpy() - start, axis=1).max()
+    print(f"creep {1e6 * moved:.3g} um")
+    assert moved < 1e-4
+    assert stepper.fastest() < 1e-5
+
+
+def test_above_the_angle_of_friction_it_slides(stepper, level, contact):
+    slope = np.arctan(1.2 * contact.friction)
+    lying(stepper, level, contact, slope)
+    start, steps = stepper.x.to_numpy(), 30
+    for _ in range(steps):
+        assert stepper.step(DT).accepted
+    expected = G * (np.sin(slope) - contact.friction * np.cos(slope))
+    found = stepper.v.to_numpy()[:, 0].mean() / (steps * DT)
+    path = (stepper.x.to_numpy() - start)[:, 0].mean() / (steps * (steps + 1) / 2 * DT**2)
+    print(f"acceleration {found / expected - 1:+.2%}, from the path {path / expected - 1:+.2%}")
+    assert found == pytest.approx(expected, rel=0.03)
+    assert path == pytest.approx(expected, rel=0.03)
+
+
+def test_what_slides_comes_to_a_stop_after_its_stopping_distance(stepper, level, contact):
+    """v^2 / (2 mu g), as backward Euler has it: v (v - mu g dt) / (2 mu g)."""
+    lying(stepper, level, contact, 0.0)
+    v = 0.5
+    stepper.v.from_numpy(np.tile([v, 0, 0], (stepper.nv, 1)))
+    start = stepper.x.to_numpy()
+    for _ in range(20):
+        assert stepper.step(DT).accepted
+    stopping = contact.friction * G
+    assert stepper.fastest() < 1e-3
+    found = (stepper.x.to_numpy() - start)[:, 0].mean()
+    assert found == pytest.approx(v * (v - stopping * DT) / (2 * stopping), rel=0.03)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_step_that_cannot_be_done_is_rejected_and_the_state_kept(stepper, level, bad):
+    put(stepper, level(5.0) * [1.05, 1, 1])
+    assert stepper.step(DT).accepted
+    good = stepper.state()
+    velocities = good["velocities"].copy()
+    velocities[3, 1] = bad
+    stepper.v.from_numpy(velocities)
+    assert not stepper.step(DT).accepted
+    assert np.array_equal(stepper.x.to_numpy(), good["positions"])
+    assert np.array_equal(stepper.v.to_numpy(), velocities, equal_nan=True)
+    assert np.array_equal(stepper.contact.slip.to_numpy(), good["slip"])
+    stepper.v.from_numpy(good["velocities"])
+    assert stepper.step(DT).accepted
+    assert np.isfinite(stepper.x.to_numpy()).all()
+
+
+def test_no_vertex_goes_further_than_the_longest_move(stepper, level):
+    stepper.settings = replace(stepper.settings, longest_move=1e-3, max_newton_iterations=1)
+    put(stepper, level(5.0), [0, -3.0, 0])
+    result = stepper.step(DT)
+    assert result.accepted
+    assert result.moved == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_two_runs_give_the_same_bits(stepper, level):
+    """Falling on the ball at the speeds and tolerances of a real run."""
+    stepper.settings = replace(stepper.settings, tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2)
+    ends = []
+    for _ in range(2):
+        put(stepper, level(1.102) * [1.01, 1, 1], [0.1, -0.5, 0])
+        stepper.elastic.rotation.fill(0.0)
+        for _ in range(15):
+            assert stepper.step(DT).accepted
+        ends.append(stepper.state())
+    assert (ends[0]["slip"] != 0).any()
+    for name, values in ends[0].items():
+        assert np.array_equal(values, ends[1][name]), name
+
+
+def test_restored_it_goes_on_with_the_same_bits(stepper, level):
+    stepper.settings = replace(stepper.settings, tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2)
+    put(stepper, level(1.102) * [1.01, 1, 1], [0.1, -0.5, 0])
+    for _ in range(8):
+        assert stepper.step(DT).accepted
+    middle = stepper.state()
+    ends = []
+    for _ in range(2):
+        for _ in range(6):
+            stepper.step(DT)
+        ends.append(stepper.state())
+        put(stepper, level(5.0))  # something else meanwhile
+        stepper.step(DT)
+        stepper.restore(middle)
+    for name, values in ends[0].items():
+        assert np.array_equal(values, ends[1][name]), name

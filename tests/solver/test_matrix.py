@@ -1,0 +1,120 @@
+"""The assembled matrix against finite differences of the forces; symmetric and positive definite, crushed too."""
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from taichi_tryon import fields
+
+INVERSE_DT = 60.0
+
+
+@ti.data_oriented
+class Product:
+    def __init__(self, matrix):
+        self.matrix = matrix
+        self.vector, self.result = (ti.Vector.field(3, float, shape=matrix.nv) for _ in range(2))
+
+    @ti.kernel
+    def _multiply(self):
+        for i in self.result:
+            self.result[i] = self.matrix.row_product(i, self.vector)
+
+    def of(self, values) -> np.ndarray:
+        self.vector.from_numpy(values)
+        self._multiply()
+        return self.result.to_numpy()
+
+
+@pytest.fixture(scope="module")
+def product(_stepper):
+    return Product(_stepper.matrix)
+
+
+@pytest.fixture
+def without_bending(stepper):
+    """Bending blocks hold the edge rotations, which gives Gauss and Newton's matrix and not the exact Hessian."""
+    kept = [(field, field.to_numpy()) for field in (stepper.elastic.stiffness, stepper.elastic.hinge_stiffness)]
+    for field, _ in kept:
+        field.fill(0.0)
+    yield
+    for field, values in kept:
+        field.from_numpy(values)
+
+
+def test_matrix_is_mass_and_the_derivative_of_the_force(
+    without_bending, stepper, on_the_floor, forces, as_sparse, cloth
+):
+    bonds = stepper.contact.bond.to_numpy()
+    assert bonds.min() < 0.5 * bonds.max()  # both sticking and slipping
+    stepper.matrix.assemble(INVERSE_DT)
+    matrix, eps = as_sparse(stepper.matrix), 1e-7
+    inertia = cloth.masses[:, None] * INVERSE_DT**2
+    for seed in range(6):
+        direction = np.random.default_rng(seed).normal(size=on_the_floor.shape)
+        slope = (forces.at(on_the_floor + eps * direction) - forces.at(on_the_floor - eps * direction)) / (2 * eps)
+        exact = inertia * direction - slope
+        found = (matrix @ direction.ravel()).reshape(-1, 3)
+        assert found == pytest.approx(exact, abs=1e-5 * np.abs(exact).max())
+
+
+def test_bending_blocks_are_no_softer_than_the_sheet(stepper, level, forces, as_sparse):
+    """Out of the plane, where a flat sheet has nothing but bending: held edge rotations can only stiffen."""
+    flat, eps = level(5.0), 1e-6
+    stepper.x.from_numpy(flat)
+    stepper.elastic.begin_step()
+    stepper.elastic.evaluate(0.0)
+    stepper.contact.evaluate()
+    stepper.matrix.assemble(0.0)
+    matrix = as_sparse(stepper.matrix)
+    for seed in range(3):
+        w = np.zeros_like(flat)
+        w[:, 1] = np.random.default_rng(seed).normal(size=len(w))
+        for _ in range(5):  # the edge rotations' iteration goes on from call to call
+            force = forces.at(flat + eps * w)
+        true = -(force * w).sum() / eps
+        assembled = w.ravel() @ (matrix @ w.ravel())
+        assert true <= assembled * (1 + 1e-4)
+        assert assembled < 6 * true
+
+
+def test_it_is_symmetric(stepper, on_the_floor, as_sparse):
+    stepper.matrix.assemble(INVERSE_DT)
+    matrix = as_sparse(stepper.matrix)
+    assert abs(matrix - matrix.T).max() < 1e-6 * abs(matrix).max()
+
+
+@pytest.mark.parametrize("scale", [0.3, 0.9, 1.0, 1.5])
+def test_it_is_positive_definite_even_crushed(stepper, level, as_sparse, scale):
+    crushed = level(5.0) * scale
+    crushed += np.random.default_rng(0).normal(size=crushed.shape) * 2e-3
+    stepper.x.from_numpy(crushed)
+    stepper.elastic.begin_step()
+    stepper.elastic.evaluate(0.0)
+    stepper.contact.evaluate()
+    for inverse_dt, least in ((INVERSE_DT, 0.9), (0.0, None)):
+        stepper.matrix.assemble(inverse_dt)
+        eigenvalues = np.linalg.eigvalsh(as_sparse(stepper.matrix).toarray())
+        mass = stepper.mass.to_numpy().min() * inverse_dt**2
+        # rounding of the f32 blocks is all that may be missing
+        assert eigenvalues.min() > -1e-6 * eigenvalues.max() + (least or 0.0) * mass
+
+
+def test_held_vertices_have_rows_of_zeros(stepper, on_the_floor, as_sparse, product):
+    stepper.matrix.assemble(INVERSE_DT)
+    free = np.ones(stepper.nv, int)
+    free[[0, 5, 17]] = 0
+    vector = np.random.default_rng(0).normal(size=(stepper.nv, 3)) * free[:, None]
+    expected = (as_sparse(stepper.matrix) @ vector.ravel()).reshape(-1, 3) * free[:, None]
+    fields.upload(stepper.free, free)
+    assert product.of(vector) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+
+
+def test_elastic_rows_sum_to_zero(stepper, level, product):
+    """Shifting everything costs no force."""
+    stepper.x.from_numpy(level(5.0) * [1.1, 1, 0.9])
+    stepper.elastic.evaluate(0.0)
+    stepper.contact.evaluate()
+    stepper.matrix.assemble(0.0)
+    size = np.abs(stepper.matrix.diagonal.to_numpy()).max()
+    assert np.abs(product.of(np.ones((stepper.nv, 3)))).max() < 1e-6 * size
