@@ -134,9 +134,9 @@ class _Run:
             simulation.advance()
             self.step_seconds.append(time.perf_counter() - begin)
             p = simulation.progress
-            self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
             if phase != "settle" and p.time >= self.next_frame - 1e-9:
                 self._record()
+            self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
             if phase != p.phase:
                 self.log.info("%s done after %d steps, %.3f s simulated", phase, p.steps, p.time)
             if time.monotonic() - saved > CHECKPOINT_EVERY:

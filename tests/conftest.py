@@ -114,9 +114,13 @@ def _cone_panel(inner: float, outer: float, degrees: float) -> dict:
     }
 
 
-@pytest.fixture
-def cone_scene() -> dict:
-    """A scene of seconds, as YAML would give it: a cone of cloth hung on a ball of radius 15 cm."""
+@pytest.fixture(scope="session")
+def make_cone_scene():
+    """Makes a scene of seconds, as YAML would give it: a cone of cloth hung on a ball of radius 15 cm."""
+    return _cone_scene
+
+
+def _cone_scene() -> dict:
     reach = 15 * math.sqrt(2)
     panel = _cone_panel(13.5, 25.5, 127)
     disk = {"at": "top", "turns_with": "root", "normal": [0, -1, 0], "start": [0, 0, 1], "groups": ["trunk"]}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -28,7 +30,7 @@ def call(*arguments):
 @pytest.fixture
 def simulation(monkeypatch):
     """Stands in for the simulation: remembers how it was called, and ends as told by ``raises`` and ``exit_code``."""
-    fake = ModuleType("taichi_tryon.simulation")
+    fake = SimpleNamespace()
     fake.raises, fake.exit_code, fake.calls = None, 0, []
 
     def run_scene(scene, output, **options):
@@ -38,10 +40,15 @@ def simulation(monkeypatch):
         options["progress"]("drape", 0.5, "t = 0.5 s")
         return SimpleNamespace(status="settled", reason="residual 0.009", exit_code=fake.exit_code, output=output)
 
-    fake.run_scene = run_scene
-    fake.check_scene = lambda scene: [f"{scene.scene}: 1000 vertices", "skipped: nothing"]
-    fake.view_scene = lambda scene, **options: fake.calls.append((scene, options))
-    monkeypatch.setitem(sys.modules, "taichi_tryon.simulation", fake)
+    functions = {
+        "run": run_scene,
+        "check": lambda scene: [f"{scene.scene}: 1000 vertices", "skipped: nothing"],
+        "window": lambda scene, **options: fake.calls.append((scene, options)),
+    }
+    for module, function in functions.items():
+        stand_in = ModuleType(f"taichi_tryon.{module}")
+        setattr(stand_in, "view_scene" if module == "window" else f"{module}_scene", function)
+        monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
     return fake
 
 
@@ -110,7 +117,8 @@ def test_check(simulation, capsys):
 
 def test_view(simulation):
     assert call("view", SCENE, "--arch", "cpu") == 0
-    assert simulation.calls[0][1] == {"arch": "cpu"}
+    options = simulation.calls[0][1]
+    assert options["arch"] == "cpu" and callable(options["progress"])
 
 
 @pytest.mark.parametrize("command", ["run", "check", "view"])
@@ -168,3 +176,78 @@ def test_help_is_quick_to_load():
 def test_module_is_the_command():
     result = subprocess.run([sys.executable, "-m", "taichi_tryon", "run"], capture_output=True, text=True)
     assert result.returncode == 2 and "taichi-tryon run" in result.stderr
+
+
+class Process:
+    """A real ``run`` of a small scene in a process of its own."""
+
+    def __init__(self, folder, *options):
+        command = [sys.executable, "-m", "taichi_tryon", "run", folder / "scene.yaml", "--output", folder / "out"]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        self.process = subprocess.Popen([*command, *options], text=True, **pipes)
+
+    def stop(self, number):
+        """Send a signal in the middle of the drape."""
+        for line in self.process.stderr:
+            if line.startswith("drape"):
+                self.process.send_signal(number)
+                break
+
+    def end(self):
+        """(exit code, stdout, stderr from here)"""
+        out, err = self.process.communicate(timeout=120)
+        return self.process.returncode, out, err
+
+
+def test_signals_interrupt_a_run_that_resumes_until_it_settles(make_cone_scene, tmp_path):
+    cone_scene = make_cone_scene()
+    cone_scene["drape"] = {"duration_s": 2.0}
+    (tmp_path / "scene.yaml").write_text(json.dumps(cone_scene))
+    time = 0.0
+    for options, number in ([], signal.SIGTERM), (["--resume"], signal.SIGINT):
+        run = Process(tmp_path, *options)
+        run.stop(number)
+        code, out, err = run.end()
+        assert code == 130 and out.startswith("interrupted: ") and "Traceback" not in err
+        report = json.loads((tmp_path / "out" / "report.json").read_text())
+        assert report["status"] == "interrupted" and time < report["run"]["simulated_s"]
+        time = report["run"]["simulated_s"]
+    code, out, err = Process(tmp_path, "--resume").end()
+    assert code == 0 and out.startswith("settled: ") and "Traceback" not in err
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["status"] == "settled" and report["run"]["simulated_s"] > max(time, 2)
+    frames = sorted(path.name for path in (tmp_path / "out" / "frames").glob("frame_*.vtu"))
+    assert frames == [f"frame_{index:04d}.vtu" for index in range(len(frames))] and len(frames) > 60
+
+
+@pytest.mark.parametrize(
+    ("output", "options", "text"),
+    [
+        ("file", [], "{output} is a file; choose another folder"),
+        ("file/below", [], "/file is a file; choose another folder"),
+        ("x" * 300, [], "cannot be a folder: File name too long"),
+        ("nothing", ["--resume"], "checkpoint.npz: no checkpoint to resume from; leave --resume out to start anew"),
+    ],
+)
+def test_outputs_that_cannot_be(tmp_path, capsys, output, options, text):
+    (tmp_path / "file").write_text("mine")
+    assert call("run", SCENE, "--output", tmp_path / output, "--quiet", *options) == 2
+    printed = capsys.readouterr()
+    assert text.format(output=tmp_path / output) in printed.err and printed.err.count("\n") == 1 and not printed.out
+    assert [path.name for path in tmp_path.iterdir()] == ["file"] and (tmp_path / "file").read_text() == "mine"
+
+
+def test_output_without_write_permission(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: not mode & os.W_OK)
+    assert call("run", SCENE, "--output", tmp_path / "out", "--quiet") == 2
+    assert f"{tmp_path} is not writable; choose another folder\n" in capsys.readouterr().err
+
+
+def test_interrupted_before_the_first_step(tmp_path, capsys, monkeypatch):
+    def start(*_):
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("taichi_tryon.runtime.start", start)
+    assert call("run", SCENE, "--output", tmp_path / "out", "--quiet") == 130
+    assert capsys.readouterr().err == "interrupted before the first step: nothing is kept\n"
+    assert not (tmp_path / "out").exists() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL

@@ -7,9 +7,10 @@ reached at the pressure k t. The paper's force -k grad W (eq. 3) jumps at the sk
 place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
-force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration the spring is
-the secant ``bond`` of the last iterate, so that matrix and energy stay convex; at convergence Coulomb's law holds
-exactly.
+force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
+limit are those of the last iterate's normal force, which makes friction the gradient of a convex potential, quadratic
+where it sticks and linear where it slips (the return map of perfect plasticity; Simo and Hughes 1998, ch. 1); at
+convergence Coulomb's law holds exactly.
 """
 
 import numpy as np
@@ -20,6 +21,9 @@ from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
+# slipping, a spring keeps this share of its stiffness along its way in the Hessian, so that a sample held by nothing
+# else does not run away
+ALONG = 0.02
 
 
 @ti.data_oriented
@@ -38,7 +42,9 @@ class BodyContact:
         self.area = fields.scalars(samples.areas)
         self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
-        self.depth, self.bond = (ti.field(float, shape=self.count) for _ in range(2))
+        # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
+        self.stick, self.limit, self.along = (ti.field(float, shape=self.count) for _ in range(3))
+        self.depth = ti.field(float, shape=self.count)
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=self.count) for _ in range(4))
         self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
         entries = samples.weights.ravel().nonzero()[0]
@@ -64,12 +70,18 @@ class BodyContact:
 
     @ti.func
     def _respond(self, s: int):
-        """Force on sample s [N] and its Hessian [N/m], from depth, normal, drag and bond."""
-        n = self.normal[s]
+        """Force on sample s [N] and its Hessian [N/m], from depth, normal and drag."""
+        n, drag = self.normal[s], self.drag[s]
         normal_part = n.outer_product(n)
-        self.load[s] = self._pressure(s) * self.area[s] * n - self.bond[s] * self.drag[s]
-        tangential_part = ti.Matrix.identity(float, 3) - normal_part
-        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + self.bond[s] * tangential_part
+        length = drag.norm()
+        bond = self.stick[s]
+        if bond * length > self.limit[s]:
+            bond = self.limit[s] / length
+        self.load[s] = self._pressure(s) * self.area[s] * n - bond * drag
+        hold = bond * (ti.Matrix.identity(float, 3) - normal_part)
+        if self.along[s] < 1.0 and length > 0.0:
+            hold -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
+        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + hold
 
     @ti.kernel
     def evaluate(self):
@@ -88,19 +100,22 @@ class BodyContact:
                 self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     @ti.kernel
-    def bind(self, ahead: float):
-        """Set the secant stiffness of friction from the present state, looked ``ahead`` seconds along the velocity."""
+    def bind(self, first: int, ahead: float):
+        """Set friction's stiffness and limit from the present normal forces, and which samples slip: those whose spring is
+        beyond its limit; for the ``first`` time in a step also those that slipped at the end of the last one, and those
+        that will, ``ahead`` seconds along the velocity."""
         for s in range(self.count):
+            slipped = first == 1 and self.along[s] < 1.0
+            self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
             if self.depth[s] > 0.0:
                 n, v = self.normal[s], self._at(self.v, s)
-                drag = (self.drag[s] + ahead * (v - n * n.dot(v))).norm()
-                stick = self._steepness(s) * self.area[s]
-                limit = self.friction[None] * self._pressure(s) * self.area[s]
-                self.bond[s] = ti.min(stick, limit / ti.max(drag, 1e-30))
+                # without friction there is no spring, not even where nothing has slipped yet
+                self.stick[s] = self._steepness(s) * self.area[s] if self.friction[None] > 0.0 else 0.0
+                self.limit[s] = self.friction[None] * self._pressure(s) * self.area[s]
+                drag = self.drag[s] + ahead * (v - n * n.dot(v))
+                if slipped or self.stick[s] * drag.norm() > 1.000001 * self.limit[s]:
+                    self.along[s] = ALONG
                 self._respond(s)
-            else:
-                # a sample that meets the body within this step slides first
-                self.bond[s] = 0.0
 
     @ti.kernel
     def end_step(self):
@@ -152,11 +167,13 @@ class BodyContact:
             for s in range(low, high):
                 if self.depth[s] > 0.0:
                     total += self._pressure(s) * self.depth[s] * self.area[s] / 3.0
-                    total += 0.5 * self.bond[s] * self.drag[s].dot(self.drag[s])
+                    length = self.drag[s].norm()
+                    reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
+                    total += self.stick[s] * reach * (length - 0.5 * reach)
             self.sums[chunk] = total
 
     def energy(self) -> float:
-        """Energy [J] of contact and of the friction springs at their secant stiffness."""
+        """Energy [J] of contact and of the friction springs."""
         self._sum_energy()
         return float(self.sums.to_numpy().sum())
 

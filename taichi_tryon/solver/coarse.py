@@ -2,9 +2,9 @@
 
 A few nodes are spread over the cloth; around each, a hat of the distance along the cloth (seams included) blends six
 rigid motions about the node's present centre. Rigid motions, unlike polynomials, do not lock on curved cloth. The
-coarse matrix E = P^T A P is gathered, inverted densely, and added to block-Jacobi: z = D^-1 r + P E^-1 P^T r. Where contact
-holds a vertex, its row of P is filtered by (I + K_contact / (0.1 mean diagonal))^-1: the coarse space must not push
-into the body.
+coarse matrix E = P^T A P is gathered, inverted densely, and added to block-Jacobi: z = D^-1 r + P E^-1 P^T r. Where
+contact holds a vertex, its row of P is filtered by (I + K_contact / (0.1 mean diagonal))^-1: the coarse space must not
+push into the body.
 """
 
 import numpy as np

@@ -107,7 +107,7 @@ class ImplicitStep:
         self._begin(dt * inertia)
         self.elastic.begin_step()
         self._evaluate(inverse_dt)
-        self.contact.bind(dt * inertia)
+        self.contact.bind(1, dt * inertia)
         residual = self._gather(inverse_dt)[0]
         newton = linear = 0
         progress = False
@@ -122,7 +122,7 @@ class ImplicitStep:
             if share == 0.0:
                 break
             progress = True
-            self.contact.bind(0.0)
+            self.contact.bind(0, 0.0)
             residual = self._gather(inverse_dt)[0]
             if residual <= s.tolerance:
                 break
@@ -303,5 +303,5 @@ class ImplicitStep:
         self._begin(0.0)
         self.elastic.begin_step()
         self._evaluate(0.0)
-        self.contact.bind(0.0)
+        self.contact.bind(0, 0.0)
         return self._gather(0.0)[1]

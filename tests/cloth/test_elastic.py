@@ -19,10 +19,8 @@ class Forces:
 
 
 @pytest.fixture(scope="module")
-def system(cloth, sheet):
-    x = ti.Vector.field(3, float, shape=len(sheet.points))
-    elastic = Elastic(cloth, x)
-    return x, elastic, Forces(elastic, len(sheet.points))
+def system(elastic, sheet):
+    return elastic.x, elastic, Forces(elastic, len(sheet.points))
 
 
 def rough(sheet, seed=0, size=5e-4):

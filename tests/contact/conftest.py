@@ -55,7 +55,7 @@ class Felt:
         self.law.bind(0.0)
 
     def at(self, positions) -> np.ndarray:
-        """Forces (nv, 3) at ``positions``, with the springs' secants as they are."""
+        """Forces (nv, 3) at ``positions``, with friction's stiffness and limit as they are."""
         self.x.from_numpy(positions)
         self.law.evaluate()
         self._gather()

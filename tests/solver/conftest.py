@@ -103,7 +103,7 @@ def as_sparse():
 
 @pytest.fixture
 def on_the_floor(stepper, level):
-    """The sheet stretched by 2 and 3 % on the floor, 0.1 mm deep in the contact, half of it about to slip; x returned."""
+    """Positions of the sheet stretched by 2 and 3 % on the floor, 0.1 mm deep in the contact, part of it slipping."""
     positions = level(CONTACT.thickness - 1e-4) * [1.02, 1, 1.03]
     stepper.x.from_numpy(positions)
     stepper.x_start.from_numpy(positions - np.array([1, 0, 1]) * 1e-4 * positions[:, :1])

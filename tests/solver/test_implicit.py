@@ -1,4 +1,4 @@
-"""The implicit step: exact for what backward Euler does exactly, at rest where it should be, and Coulomb's law on a slope."""
+"""The implicit step: free flight as backward Euler has it, equilibria, Coulomb's law on a slope, steps that fail."""
 
 from dataclasses import replace
 
@@ -58,7 +58,8 @@ def test_linear_momentum_is_kept(stepper, level, cloth):
     before = cloth.masses @ velocity
     for _ in range(5):
         assert stepper.step(DT / 4).accepted
-    assert cloth.masses @ stepper.v.to_numpy() == pytest.approx(before, abs=1e-5 * np.abs(cloth.masses @ abs(velocity)))
+    size = (cloth.masses @ abs(velocity)).max()
+    assert cloth.masses @ stepper.v.to_numpy() == pytest.approx(before, abs=1e-5 * size)
     kinetic = (cloth.masses * (stepper.v.to_numpy() ** 2).sum(axis=1)).sum()
     assert kinetic < 0.9 * (cloth.masses * (velocity**2).sum(axis=1)).sum()
 
@@ -77,8 +78,8 @@ def test_a_sheet_held_at_two_corners_comes_to_rest(stepper, sheet, level, cloth)
     assert (np.diff(energies) <= 1e-9 * np.ptp(energies)).all()
     assert energies[0] - energies[-1] > 0.5 * cloth.masses.sum() * G * 0.04  # it hangs
     # global equilibrium: the elastic forces on the two corners carry the weight of the rest
-    reaction = _pull(stepper, corners)
-    assert reaction.sum(axis=0) == pytest.approx([0, -G * (cloth.masses.sum() - cloth.masses[corners].sum()), 0], abs=2e-3)
+    weight = G * (cloth.masses.sum() - cloth.masses[corners].sum())
+    assert _pull(stepper, corners).sum(axis=0) == pytest.approx([0, -weight, 0], abs=5e-3 * weight)
 
 
 def _pull(stepper, vertices) -> np.ndarray:

@@ -45,8 +45,11 @@ def without_bending(stepper):
 def test_matrix_is_mass_and_the_derivative_of_the_force(
     without_bending, stepper, on_the_floor, forces, as_sparse, cloth
 ):
-    bonds = stepper.contact.bond.to_numpy()
-    assert bonds.min() < 0.5 * bonds.max()  # both sticking and slipping
+    # what slips keeps a little stiffness along its way, on purpose; the exact Hessian has none
+    along = stepper.contact.along.to_numpy()
+    assert 0.1 < (along < 1).mean() < 0.9
+    stepper.contact.along.from_numpy((along == 1).astype(float))
+    stepper.contact.evaluate()
     stepper.matrix.assemble(INVERSE_DT)
     matrix, eps = as_sparse(stepper.matrix), 1e-7
     inertia = cloth.masses[:, None] * INVERSE_DT**2

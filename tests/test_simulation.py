@@ -1,0 +1,99 @@
+"""The course of a simulation: its phases, its clock, its state, and what it does when no step can be done."""
+
+import json
+
+import numpy as np
+import pytest
+
+from taichi_tryon.body.density import gap
+from taichi_tryon.errors import RunError
+from taichi_tryon.scene.models import SceneSpec
+from taichi_tryon.setup import prepare
+from taichi_tryon.simulation import Simulation
+from taichi_tryon.timing import Stopwatch
+
+
+@pytest.fixture(scope="module")
+def simulation(make_cone_scene):
+    scene = SceneSpec.model_validate_json(json.dumps(make_cone_scene()))
+    clock = Stopwatch()
+    return Simulation(prepare(scene, clock), clock)
+
+
+@pytest.fixture(scope="module")
+def begin(simulation):
+    """The state before the first step."""
+    return simulation.state()
+
+
+@pytest.fixture(scope="module")
+def course(simulation, begin):
+    """Phase before, phase after, time and state of every step, to the end."""
+    simulation.restore(begin)
+    rows = []
+    while not simulation.finished:
+        before = simulation.progress.phase
+        simulation.advance()
+        p = simulation.progress
+        assert 0 <= simulation.fraction <= 1
+        rows.append((before, p.phase, p.time, simulation.state()))
+    return rows
+
+
+def test_phases_follow_each_other(course):
+    phases = [row[0] for row in course]
+    assert list(dict.fromkeys(phases)) == ["dress", "drape", "settle"]  # nothing moves: the motion is left out
+    assert phases == sorted(phases, key=["dress", "drape", "settle"].index)
+    assert course[-1][1] == "done"
+
+
+def test_the_drape_lasts_as_long_as_asked(course):
+    times = [row[2] for row in course]
+    assert (np.diff(times) > 0).all()
+    first, last = (next(i for i, row in enumerate(course) if row[1] == phase) for phase in ("drape", "settle"))
+    assert times[last] - times[first] == pytest.approx(0.1, abs=1e-9)
+
+
+def test_it_ends_in_equilibrium_outside_the_body(simulation, course):
+    simulation.restore(course[-1][3])
+    assert simulation.finished and simulation.settled
+    setup, limit = simulation.setup, simulation.scene.settle.residual
+    forces = simulation.stepper.net_forces()
+    assert np.linalg.norm(forces) / np.linalg.norm(setup.cloth.masses * 9.81) <= limit
+    gaps = gap(setup.body.posed(simulation.transforms), simulation.stepper.x.to_numpy())
+    assert gaps.min() > 0
+    # the cone hangs on the ball: it is held up by contact alone
+    contact = simulation.stepper.contact
+    touching = contact.depth.to_numpy() > 0
+    up = contact.load.to_numpy()[touching].sum(axis=0)
+    assert up[1] == pytest.approx(9.81 * setup.cloth.masses.sum(), rel=0.02)
+
+
+def test_counts_add_up(course):
+    state = course[-1][3]
+    steps = int(state["progress_steps"])
+    assert steps == len(course)
+    assert int(state["progress_newton_iterations"]) >= steps
+    assert int(state["progress_linear_iterations"]) >= int(state["progress_newton_iterations"])
+
+
+@pytest.mark.parametrize("share", [0.2, 0.7])
+def test_restored_it_goes_on_with_the_same_bits(simulation, course, share):
+    middle = int(share * len(course))
+    simulation.restore(course[middle][3])
+    for _, _, time, state in course[middle + 1 : middle + 5]:
+        simulation.advance()
+        assert simulation.progress.time == time
+        for name, values in simulation.state().items():
+            assert np.array_equal(values, state[name]), name
+
+
+def test_where_no_step_can_be_done_it_fails_and_keeps_the_last_state(simulation, course):
+    good = course[len(course) // 3][3]
+    bad = np.full_like(good["velocities"], np.nan)
+    simulation.restore({**good, "velocities": bad, "progress_phase": np.array("drape")})
+    with pytest.raises(RunError, match=r"solver.min_step_s = 1e-05 s lowers the energy, in phase drape at 0\.\d+ s"):
+        simulation.advance()
+    assert np.array_equal(simulation.stepper.x.to_numpy(), good["positions"])
+    assert simulation.progress.steps == int(good["progress_steps"])
+    assert simulation.progress.rejected >= 10
