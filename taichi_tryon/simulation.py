@@ -44,8 +44,8 @@ class Progress:
 class Simulation:
     """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
 
-    dress: steps without inertia, weight and friction, in which the forced garment takes its own shape, so that nothing
-    of the force sticks to the body; drape: it falls into place; move:
+    dress: steps without inertia and friction, in which the forced garment takes its own shape, so that nothing of the
+    force sticks to the body; drape: it falls into place; move:
     the body goes through its motion; settle: steps without inertia and of growing length, until the net force on the
     free vertices is below ``settle.residual`` of the weight.
     """
@@ -158,7 +158,6 @@ class Simulation:
         """What acts in the present phase, and how exactly it is solved."""
         phase, scene = self.progress.phase, self.scene
         self.stepper.settings = self._settling if phase == "settle" else self._moving
-        self.stepper.gravity[None] = np.array(scene.gravity_m_s2) * (phase != "dress")
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
 
     def _body_step(self, start: float, dt: float) -> float:

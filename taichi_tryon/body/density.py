@@ -10,6 +10,7 @@ The density has compact support: where no ball reaches, W and its gradient are 0
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 
 import numpy as np
 
@@ -25,27 +26,30 @@ SLIDE = 0.7
 SLIDE_BAND = 0.01
 """No tangential shift while the foot is further than this [m] from the skin."""
 
-_CHUNK = 16384  # points at once: keeps the (points, balls) tables in the cache
+TOLERANCE = 1e-7
+"""A Newton step shorter than this [m] is the last."""
+
+_CHUNK = 2048  # points at once: they lie together, and the (points, balls) tables stay in the cache
 
 
 def density(balls: Balls, x: np.ndarray, groups: tuple[int, ...] | None = None) -> np.ndarray:
     """W (k,) of eq. 2."""
-    return _in_chunks(lambda part: _sums(balls, _rest(balls, part), groups).max(axis=1), x)
+    return _in_chunks(balls, lambda near, part: _sums(near, _rest(near, part), groups).max(axis=1), x)
 
 
 def winner(balls: Balls, x: np.ndarray, groups: tuple[int, ...] | None = None) -> np.ndarray:
     """Index (k,) of the group with the largest sum."""
-    return _in_chunks(lambda part: _winners(_sums(balls, _rest(balls, part), groups), groups), x)
+    return _in_chunks(balls, lambda near, part: _winners(_sums(near, _rest(near, part), groups), groups), x)
 
 
 def gradient(balls: Balls, x: np.ndarray, groups: tuple[int, ...] | None = None) -> np.ndarray:
     """Gradient (k, 3) [1/m] of the winner's sum; it points into the body."""
-    return _in_chunks(lambda part: _value_and_gradient(balls, part, groups)[1], x)
+    return _in_chunks(balls, lambda near, part: _value_and_gradient(near, part, groups)[1], x)
 
 
 def hessian(balls: Balls, x: np.ndarray, groups: tuple[int, ...] | None = None) -> np.ndarray:
     """Hessian (k, 3, 3) [1/m^2] of the winner's sum."""
-    return _in_chunks(lambda part: _hessian(balls, part, groups), x)
+    return _in_chunks(balls, lambda near, part: _hessian(near, part, groups), x)
 
 
 def gap(balls: Balls, x: np.ndarray, groups: tuple[int, ...] | None = None) -> np.ndarray:
@@ -70,7 +74,9 @@ def closest(
     for _ in range(iterations):
         if not len(active):
             break
-        table = _in_chunks(lambda part: np.column_stack(_value_and_gradient(balls, part, groups)), y[active])
+        table = _in_chunks(
+            balls, lambda near, part: np.column_stack(_value_and_gradient(near, part, groups)), y[active]
+        )
         value, slope = table[:, 0], table[:, 1:]
         steepness = np.linalg.norm(slope, axis=1)
         has_slope = (value > 0) & (steepness > 1e-9)
@@ -86,14 +92,25 @@ def closest(
         slide[np.abs(depth) > SLIDE_BAND] = 0.0
         step = np.clip(depth, -LONGEST_STEP, LONGEST_STEP)[:, None] * normal + slide
         y[active] += step
-        active = active[np.linalg.norm(step, axis=1) > 1e-9]
+        active = active[np.linalg.norm(step, axis=1) > TOLERANCE]
     distance = np.einsum("ki,ki->k", x - y, normals)
     return np.where(reached, distance, FAR), y, normals
 
 
-def _in_chunks(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
-    parts = [function(part) for part in np.array_split(np.asarray(x, float), max(1, -(-len(x) // _CHUNK)))]
+def _in_chunks(balls: Balls, function: Callable[[Balls, np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    """``function(balls, points)`` by chunks of points, each with only the balls whose boxes meet the chunk's."""
+    extents, parts = balls.extents, []
+    for part in np.array_split(np.asarray(x, float), max(1, -(-len(x) // _CHUNK))):
+        near = np.ones(len(extents), bool)
+        if len(part):
+            low, high = part.min(axis=0), part.max(axis=0)
+            near = ((balls.centers + extents >= low) & (balls.centers - extents <= high)).all(axis=1)
+        parts.append(function(_some(balls, near), part))
     return np.concatenate(parts)
+
+
+def _some(balls: Balls, chosen: np.ndarray) -> Balls:
+    return Balls(**{field.name: getattr(balls, field.name)[chosen] for field in fields(balls)})
 
 
 def _rest(balls: Balls, x: np.ndarray) -> np.ndarray:

@@ -14,7 +14,8 @@ from taichi_tryon.cloth.model import Cloth
 
 # Heights below this share of the rest height count as that share in the hinge gradient.
 LEAST_HEIGHT = 0.2
-# Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one.
+# Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one. An even number
+# ends in the first of the two buffers.
 SWEEPS = 6
 
 
@@ -84,7 +85,7 @@ class Elastic:
             keep.append(following * rho)
             add.append(2 * following / half)
             rho = following
-        self.keep, self.add = keep, add  # fixed numbers, meant to be compiled in
+        self.keep, self.add = keep, add
 
     @ti.func
     def _triangle_strain(self, t: int):
@@ -132,9 +133,15 @@ class Elastic:
                 sign = self.edge_sign[t][k]
         return moment, sign
 
-    @ti.kernel
     def evaluate(self, inverse_dt: float):
         """Strain, stress, hinge angles, edge rotations and moments at the present positions."""
+        self._evaluate_strains(inverse_dt)
+        for sweep in range(SWEEPS):
+            self._turn_edges(self.keep[sweep], self.add[sweep], sweep % 2)
+        self._evaluate_moments(inverse_dt)
+
+    @ti.kernel
+    def _evaluate_strains(self, inverse_dt: float):
         for t in range(self.nt):
             f1, f2, e = self._triangle_strain(t)
             s = membrane.stress(self.stretch[t], e)
@@ -150,25 +157,27 @@ class Elastic:
                 g = bending.hinge_gradient(a, b, c, d, self.least_height[e][0], self.least_height[e][1])
                 for k in ti.static(range(4)):
                     self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
-        # Chebyshev sweeps on the edge rotations; an even number ends in buffer 0
-        for sweep in ti.static(range(SWEEPS)):
-            for e in range(self.ne):
-                residual = ti.cast(0.0, float)
-                for side in ti.static(range(2)):
-                    t = self.hinge_triangle[e][side]
-                    if t >= 0:
-                        moment, sign = self._edge_moment(t, e, sweep % 2)
-                        residual -= sign * moment
-                step = (
-                    ti.static(self.keep[sweep]) * self.rotation_step[e]
-                    + ti.static(self.add[sweep]) * residual / self.rotation_diagonal[e]
-                )
-                self.rotation_step[e] = step
-                self.rotation[(sweep + 1) % 2, e] = self.rotation[sweep % 2, e] + step
+
+    @ti.kernel
+    def _turn_edges(self, keep: float, add: float, source: int):
+        """One Chebyshev sweep on the edge rotations, from buffer ``source`` to the other one."""
+        for e in range(self.ne):
+            residual = ti.cast(0.0, float)
+            for side in range(2):
+                t = self.hinge_triangle[e][side]
+                if t >= 0:
+                    moment, sign = self._edge_moment(t, e, source)
+                    residual -= sign * moment
+            step = keep * self.rotation_step[e] + add * residual / self.rotation_diagonal[e]
+            self.rotation_step[e] = step
+            self.rotation[1 - source, e] = self.rotation[source, e] + step
+
+    @ti.kernel
+    def _evaluate_moments(self, inverse_dt: float):
         for e in range(self.ne):
             if self.hinge[e][3] >= 0:
                 total = ti.cast(0.0, float)
-                for side in ti.static(range(2)):
+                for side in range(2):
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
                     total += 0.5 * moment
                 rate = self.hinge_tau[e] * inverse_dt * (self.angle[e] - self.angle_start[e])

@@ -175,7 +175,7 @@ class CoarseSpace:
     def _add(self, j: int, block, slots):
         """Add block A_ij times P_j to the row's blocks of A P."""
         filtered = block @ self.filter[j]
-        for a in ti.static(range(NEAREST)):
+        for a in range(NEAREST):
             n = slots[a]
             if n >= 0:
                 w = self.weight[j][a]
@@ -225,7 +225,7 @@ class CoarseSpace:
     def prolong(self, i: int):
         """Row i of P E^-1 P^T r."""
         total = ti.Vector([0.0, 0.0, 0.0])
-        for a in ti.static(range(NEAREST)):
+        for a in range(NEAREST):
             w = self.weight[i][a]
             if w > 0.0:
                 J = self.node[i][a]

@@ -5,8 +5,8 @@ import taichi as ti
 
 from taichi_tryon import fields
 
-# iterations compiled into one launch: a launch costs as much as a tenth of an iteration
-UNROLLED = 5
+# iterations between two looks at whether to stop: a look costs a launch
+ITERATIONS_A_LOOK = 5
 
 
 @ti.data_oriented
@@ -49,46 +49,45 @@ class ConjugateGradients:
 
     @ti.kernel
     def _iterate(self, tolerance: float):
-        for _ in ti.static(range(UNROLLED)):
+        if ti.static(self.two_level):
+            for J in range(self.coarse.node_count):
+                self.coarse.restrict(J, self.r)
+            for k in range(self.coarse.size):
+                self.coarse.solve_row(k)
+        for i in range(self.nv):
+            z = ti.cast(self.jacobi[i], float) @ self.r[i]
             if ti.static(self.two_level):
-                for J in range(self.coarse.node_count):
-                    self.coarse.restrict(J, self.r)
-                for k in range(self.coarse.size):
-                    self.coarse.solve_row(k)
-            for i in range(self.nv):
-                z = ti.cast(self.jacobi[i], float) @ self.r[i]
-                if ti.static(self.two_level):
-                    z += self.coarse.prolong(i)
-                self.z[i] = z
+                z += self.coarse.prolong(i)
+            self.z[i] = z
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            dots = ti.Vector([0.0, 0.0], ti.f64)
+            for i in range(low, high):
+                product = self.matrix.row_product(i, self.z)
+                self.az[i] = product
+                dots += ti.Vector([self.r[i].dot(self.z[i]), product.dot(self.z[i])], ti.f64)
+            self.partial[chunk] = dots
+        for _once in range(1):
+            dots = ti.Vector([0.0, 0.0], ti.f64)
             for chunk in range(fields.CHUNKS):
-                low, high = fields.chunk_bounds(chunk, self.nv)
-                dots = ti.Vector([0.0, 0.0], ti.f64)
-                for i in range(low, high):
-                    product = self.matrix.row_product(i, self.z)
-                    self.az[i] = product
-                    dots += ti.Vector([self.r[i].dot(self.z[i]), product.dot(self.z[i])], ti.f64)
-                self.partial[chunk] = dots
-            for _once in range(1):
-                dots = ti.Vector([0.0, 0.0], ti.f64)
-                for chunk in range(fields.CHUNKS):
-                    dots += self.partial[chunk]
-                gamma, last = dots[0], self.gamma[None]
-                first = self.gamma_start[None] == 0.0
-                if first:
-                    self.gamma_start[None] = gamma
-                beta = 0.0 if first else gamma / last
-                curvature = dots[1] if first else dots[1] - beta * gamma / self.step[None]
-                if not (curvature > 0.0 and gamma > tolerance * tolerance * self.gamma_start[None]):
-                    self.going[None] = 0
-                if self.going[None] == 1:
-                    self.beta[None], self.step[None] = beta, gamma / curvature
-                self.gamma[None] = gamma
-            for i in range(self.nv):
-                if self.going[None] == 1:
-                    self.p[i] = self.z[i] + self.beta[None] * self.p[i]
-                    self.ap[i] = self.az[i] + self.beta[None] * self.ap[i]
-                    self.d[i] += self.step[None] * self.p[i]
-                    self.r[i] -= self.step[None] * self.ap[i]
+                dots += self.partial[chunk]
+            gamma, last = dots[0], self.gamma[None]
+            first = self.gamma_start[None] == 0.0
+            if first:
+                self.gamma_start[None] = gamma
+            beta = 0.0 if first else gamma / last
+            curvature = dots[1] if first else dots[1] - beta * gamma / self.step[None]
+            if not (curvature > 0.0 and gamma > tolerance * tolerance * self.gamma_start[None]):
+                self.going[None] = 0
+            if self.going[None] == 1:
+                self.beta[None], self.step[None] = beta, gamma / curvature
+            self.gamma[None] = gamma
+        for i in range(self.nv):
+            if self.going[None] == 1:
+                self.p[i] = self.z[i] + self.beta[None] * self.p[i]
+                self.ap[i] = self.az[i] + self.beta[None] * self.ap[i]
+                self.d[i] += self.step[None] * self.p[i]
+                self.r[i] -= self.step[None] * self.ap[i]
 
     def solve(self, tolerance: float, max_iterations: int, reach: float, refresh: bool = True) -> tuple[int, float]:
         """Solve for ``d``; returns iterations and the reached sqrt(r^T z) relative to that of b.
@@ -100,7 +99,8 @@ class ConjugateGradients:
             self.coarse.update(float(self.stiffness_sum.to_numpy().sum()) / self.nv, reach)
         count = 0
         while count < max_iterations and self.going[None] == 1:
-            self._iterate(tolerance)
-            count += UNROLLED
+            for _ in range(ITERATIONS_A_LOOK):
+                self._iterate(tolerance)
+            count += ITERATIONS_A_LOOK
         start = self.gamma_start[None]
         return count, float(np.sqrt(abs(self.gamma[None]) / start)) if start > 0 else 0.0

@@ -278,6 +278,7 @@ class ImplicitStep:
             "positions": self.x.to_numpy(),
             "velocities": self.v.to_numpy(),
             "slip": self.contact.slip.to_numpy(),
+            "along": self.contact.along.to_numpy(),
             "rotation": self.elastic.rotation.to_numpy(),
         }
 
@@ -286,6 +287,7 @@ class ImplicitStep:
         fields.upload(self.x, state["positions"])
         fields.upload(self.v, state["velocities"])
         fields.upload(self.contact.slip, state["slip"])
+        fields.upload(self.contact.along, state["along"])
         fields.upload(self.elastic.rotation, state["rotation"])
 
     def net_forces(self) -> np.ndarray:

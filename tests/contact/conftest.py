@@ -52,7 +52,7 @@ class Felt:
         self.law.slip.fill(0.0)
         self.law.friction[None] = FRICTION
         self.law.evaluate()
-        self.law.bind(0.0)
+        self.law.bind(0, 0.0)
 
     def at(self, positions) -> np.ndarray:
         """Forces (nv, 3) at ``positions``, with friction's stiffness and limit as they are."""
