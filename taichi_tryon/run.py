@@ -86,6 +86,14 @@ def _run_scene(scene, output, arch, resume, progress, stop) -> Result:
             one.recorder.close()
 
 
+def clear_frames(folder: Path, first: int) -> None:
+    """Remove the frames and pictures that an earlier run left from number ``first`` on: they are not of this run."""
+    for path in (*folder.glob("frames/*_[0-9]*.*"), *folder.glob("images/*.png")):
+        number = path.stem.rpartition("_")[2]
+        if not number.isdigit() or int(number) >= first:
+            path.unlink()
+
+
 class _Run:
     """One run: its loop, its end, its report."""
 
@@ -99,6 +107,7 @@ class _Run:
             frame, self.next_frame = int(state.pop("frame_index")), float(state.pop("next_frame"))
             simulation.restore(state)
         with clock("output"):
+            clear_frames(output, frame)
             replace_atomically(output / "scene.yaml", lambda path: path.write_text(text))
             self.observer = Observer(simulation)
             self.recorder = Recorder(self.observer, output, frame)

@@ -45,7 +45,7 @@ class Simulation:
     """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
 
     dress: steps without inertia and friction, in which the forced garment takes its own shape, so that nothing of the
-    force sticks to the body; drape: it falls into place; move:
+    force sticks to the body; hands hold up what is ``held_up``; drape: it falls into place; move:
     the body goes through its motion; settle: steps without inertia and of growing length, until the net force on the
     free vertices is below ``settle.residual`` of the weight.
     """
@@ -83,6 +83,7 @@ class Simulation:
             )
             self.stepper.compile()
         self.progress = Progress(dt=solver.step_s)
+        self._set_forces()
         self.step_seconds: list[float] = []
 
     # -- course ---------------------------------------------------------------------------------------------------
@@ -137,7 +138,6 @@ class Simulation:
             self.transforms = self.setup.motion.transforms(p.phase_time + dt)
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
-        self._set_forces()
         with self.clock("solve"):
             result = self.stepper.step(dt, inertia=0.0 if still else 1.0)
         p.newton_iterations += result.newton_iterations
@@ -159,6 +159,11 @@ class Simulation:
         phase, scene = self.progress.phase, self.scene
         self.stepper.settings = self._settling if phase == "settle" else self._moving
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        bears = np.ones(self.setup.cloth.vertex_count)
+        if phase == "dress":
+            for part, garment in zip(self.setup.cloth.parts, self.setup.garments, strict=True):
+                bears[part.vertices] = not garment.spec.dressing.held_up
+        self.stepper.set_weight(bears)
 
     def _body_step(self, start: float, dt: float) -> float:
         """The part of dt in which no ball of the body moves further than BODY_MOVE."""
@@ -195,6 +200,7 @@ class Simulation:
         p.phase_steps, p.phase_time, p.dt = 0, 0.0, self.scene.solver.step_s
         if p.phase == "settle":
             self.field.set_pose(self.transforms)
+        self._set_forces()
 
     # -- state ----------------------------------------------------------------------------------------------------
 
@@ -209,4 +215,5 @@ class Simulation:
         values = {key.removeprefix("progress_"): state[key].item() for key in state if key.startswith("progress_")}
         self.progress = Progress(**values)
         self.transforms = state["transforms"]
+        self._set_forces()
         self.field.set_pose(self.transforms)

@@ -76,6 +76,8 @@ class ImplicitStep:
         self.free = fields.scalars(np.ones(self.nv, int) if free is None else np.asarray(free, int))
         self.gravity = ti.Vector.field(3, float, shape=())
         self.gravity[None] = gravity
+        # share of its weight that each vertex bears
+        self.bears = fields.scalars(np.ones(self.nv))
         held = np.zeros(self.nv, bool) if free is None else ~np.asarray(free, bool)
         self.weight = float(np.linalg.norm(gravity) * np.linalg.norm(cloth.masses[~held])) or 1.0
         self.elastic = Elastic(cloth, self.x)
@@ -181,7 +183,7 @@ class ImplicitStep:
         for i in range(self.nv):
             f = ti.Vector([0.0, 0.0, 0.0])
             if self.free[i] > 0:
-                f = self.mass[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
+                f = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
             self.force[i] = f
             drift = (self.x[i] - self.x_hat[i]) * (self.mass[i] * inverse_dt * inverse_dt)
             self.linear.b[i] = f - drift if self.free[i] > 0 else f
@@ -194,7 +196,7 @@ class ImplicitStep:
             for i in range(low, high):
                 away = self.x[i] - self.x_hat[i]
                 inertia = 0.5 * self.mass[i] * inverse_dt * inverse_dt * away.dot(away)
-                lift = self.mass[i] * self.gravity[None].dot(self.x[i])
+                lift = self.mass[i] * self.bears[i] * self.gravity[None].dot(self.x[i])
                 total += ti.Vector(
                     [
                         self.linear.b[i].dot(self.linear.b[i]),
@@ -289,6 +291,10 @@ class ImplicitStep:
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         fields.upload(self.elastic.rotation, state["rotation"])
+
+    def set_weight(self, share: np.ndarray) -> None:
+        """Let each vertex bear a share (nv,) of its weight."""
+        fields.upload(self.bears, share)
 
     def net_forces(self) -> np.ndarray:
         """(nv, 3) net force [N] on each vertex at rest where the cloth is; zero in equilibrium and where held."""
