@@ -101,9 +101,11 @@ class BodyContact:
 
     @ti.kernel
     def bind(self, first: int, ahead: float):
-        """Set friction's stiffness and limit from the present normal forces, and which samples slip: those whose spring is
-        beyond its limit; for the ``first`` time in a step also those that slipped at the end of the last one, and those
-        that will, ``ahead`` seconds along the velocity."""
+        """Set friction's stiffness and limit from the present normal forces, and which samples slip.
+
+        Those whose spring is beyond its limit do; for the ``first`` time in a step also those that slipped at the end
+        of the last one, and those that will, ``ahead`` seconds along the velocity.
+        """
         for s in range(self.count):
             slipped = first == 1 and self.along[s] < 1.0
             self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0

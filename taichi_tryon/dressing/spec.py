@@ -89,7 +89,7 @@ class DressingSpec(Spec):
         description="Edges sewn across a gap of the surfaces (crotch): crossings beside them are told, not refused",
     )
     held_up: bool = Field(
-        False, description="whether hands hold the garment up until it sits (trousers): it bears no weight while dressed"
+        False, description="hands hold the garment up until it sits (trousers): it bears no weight while dressed"
     )
     clearance_mm: float = Field(5.0, gt=0, le=100, description="Least distance of the start from the body")
     layer_mm: float = Field(3.0, gt=0, le=100, description="Further distance for each garment underneath")

@@ -25,7 +25,7 @@ from taichi_tryon.solver.matrix import Matrix
 
 # vertices of the cloth per node of the coarse space, and its greatest size: E is dense
 VERTICES_PER_NODE, MOST_NODES = 50, 160
-LEAST_SHARE = 1 / 64
+LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 # Newton iterations that share a coarse space
 REFRESH = 2
 
@@ -143,27 +143,39 @@ class ImplicitStep:
             self.contact.evaluate()
 
     def _search(self, before: float, inverse_dt: float) -> float:
-        """Go along d as far as Phi falls; returns the share of d gone, 0 where no share lowers it."""
+        """Go along d as far as Phi falls; returns the share of d gone, 0 where none can be.
+
+        Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all the
+        rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
+        """
         longest = self._longest_direction()
         if not np.isfinite(longest):
             return 0.0
         share = min(1.0, self.settings.longest_move / max(longest, 1e-30))
         self._keep_base()
-        while share >= LEAST_SHARE:
+        while True:
             self._move(share)
             self._evaluate(inverse_dt)
-            after = self._potential(inverse_dt)
-            if after <= before + 1e-9 * abs(before) and np.isfinite(after):
+            rise = self._potential(inverse_dt) - before
+            if rise <= 1e-9 * abs(before):
                 return share
+            if share < 2 * LEAST_SHARE:
+                break
             share *= 0.5
+        if rise <= TOLERATED * self._stored(inverse_dt):
+            return share
         self._move(0.0)
         self._evaluate(inverse_dt)
         return 0.0
 
+    def _stored(self, inverse_dt: float) -> float:
+        """Elastic and contact energy [J] at the positions last evaluated."""
+        return float(self.elastic.energies(inverse_dt).sum()) + self.contact.energy()
+
     def _potential(self, inverse_dt: float) -> float:
         self._sum_particles(inverse_dt)
         inertia_and_gravity = float(self.sums.to_numpy()[:, 2].sum())
-        return inertia_and_gravity + float(self.elastic.energies(inverse_dt).sum()) + self.contact.energy()
+        return inertia_and_gravity + self._stored(inverse_dt)
 
     def _gather(self, inverse_dt: float) -> tuple[float, float]:
         """Right-hand side b = -grad Phi; returns |b| and the net force without inertia, both over the weight."""
@@ -311,5 +323,5 @@ class ImplicitStep:
         self._begin(0.0)
         self.elastic.begin_step()
         self._evaluate(0.0)
-        self.contact.bind(0, 0.0)
+        self.contact.bind(1, 0.0)
         return self._gather(0.0)[1]
