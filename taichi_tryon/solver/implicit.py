@@ -25,6 +25,7 @@ from taichi_tryon.solver.matrix import Matrix
 
 # vertices of the cloth per node of the coarse space, and its greatest size: E is dense
 VERTICES_PER_NODE, MOST_NODES = 50, 160
+# the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
 LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 # Newton iterations that share a coarse space
 REFRESH = 2
@@ -145,8 +146,8 @@ class ImplicitStep:
     def _search(self, before: float, inverse_dt: float) -> float:
         """Go along d as far as Phi falls; returns the share of d gone, 0 where none can be.
 
-        Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all the
-        rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
+        Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all
+        the rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
         """
         longest = self._longest_direction()
         if not np.isfinite(longest):
