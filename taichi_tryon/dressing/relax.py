@@ -18,7 +18,7 @@ STEP = 0.01  # largest shift in one push [m]
 SWEEPS = 120
 SWEEPS_A_PUSH = 8
 LAST_PUSHES = 20
-UNTANGLINGS = 10
+UNTANGLINGS = 20
 SMOOTHINGS = 4
 RINGS = 2  # of triangles about a crossing that are smoothed with it
 
@@ -86,13 +86,14 @@ def untangle(x: np.ndarray, triangles: np.ndarray, edges: np.ndarray, balls: Bal
     """Positions after smoothing the cloth about crossing triangles until none cross, or ``UNTANGLINGS`` times."""
     neighbours = neighbour_matrix(edges, len(x))
     mean = diags(1 / np.asarray(neighbours.sum(axis=1)).ravel()) @ neighbours
-    for _ in range(UNTANGLINGS):
+    for attempt in range(UNTANGLINGS):
         crossing = crossings(x, triangles)
         if not len(crossing):
             break
         marked = np.zeros(len(x), bool)
         marked[triangles[crossing]] = True
-        for _ in range(RINGS):
+        # what a small patch cannot free, a larger one may
+        for _ in range(RINGS + attempt // 3):
             marked[triangles[marked[triangles].any(axis=1)]] = True
         for _ in range(SMOOTHINGS):
             x = np.where(marked[:, None], mean @ x, x)

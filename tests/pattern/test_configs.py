@@ -55,10 +55,10 @@ def test_top_has_ease_at_bust_and_hem():
     assert bust - 83 == pytest.approx(10, abs=0.01)
 
 
-def test_waists_hold_at_64_and_1_cm():
+def test_waists_hold_at_64_to_65_cm():
     trousers = load("trousers_9AR.yaml")
     waist = [(panel, f"waist_{part}") for panel in trousers.panels for part in ("side", "centre")]
-    assert lengths_cm(trousers, *waist) == pytest.approx(65, abs=0.02)
+    assert lengths_cm(trousers, *waist) == pytest.approx(64, abs=0.02)
     skirt = load("skirt_9AR.yaml")
     waist = [(panel, f"waist_{part}") for panel in ("front", "back") for part in ("left", "right")]
     assert lengths_cm(skirt, *waist) == pytest.approx(65, abs=0.02)
@@ -67,5 +67,5 @@ def test_waists_hold_at_64_and_1_cm():
 def test_crotch_seam_and_hems_of_trousers():
     trousers = load("trousers_9AR.yaml")
     crotch = [(panel, edge) for panel in ("front_l", "back_l") for edge in ("centre_upper", "crotch")]
-    assert lengths_cm(trousers, *crotch) == pytest.approx(71.64, abs=0.02)
+    assert lengths_cm(trousers, *crotch) == pytest.approx(73.53, abs=0.02)
     assert lengths_cm(trousers, ("front_l", "hem"), ("back_l", "hem")) == pytest.approx(40, abs=0.03)
