@@ -139,7 +139,7 @@ class Simulation:
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
         with self.clock("solve"):
-            result = self.stepper.step(dt, inertia=0.0 if still else 1.0)
+            result = self.stepper.step(dt, inertia=0.0 if still else 1.0, body_moves=p.phase == "move")
         p.newton_iterations += result.newton_iterations
         p.linear_iterations += result.linear_iterations
         if not result.accepted:

@@ -3,7 +3,8 @@
 Normal: the samples are held off the skin by the contact thickness t, by the one-sided potential k A depth^3 / (3 t) in
 the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
 no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
-reached at the pressure k t. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
+reached at the pressure k t. Inside the skin the pressure goes on along its tangent, k t + 2 k (depth - t): Newton's
+method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
 place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
@@ -21,6 +22,8 @@ from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
+# cloth further off the body than this is not carried along with it [m]
+CARRIED = 0.04
 # slipping, a spring keeps this share of its stiffness along its way in the Hessian, so that a sample held by nothing
 # else does not run away
 ALONG = 0.02
@@ -61,12 +64,22 @@ class BodyContact:
     @ti.func
     def _pressure(self, s: int) -> float:
         """Normal pressure on sample s [Pa]."""
-        return self.stiffness[None] * self.depth[s] * self.depth[s] / self.thickness[None]
+        t, d = self.thickness[None], self.depth[s]
+        shallow = ti.min(d, t)
+        return self.stiffness[None] * (shallow * shallow / t + 2.0 * (d - shallow))
 
     @ti.func
     def _steepness(self, s: int) -> float:
         """Derivative of the pressure with respect to the depth [N/m^3]."""
-        return 2.0 * self.stiffness[None] * self.depth[s] / self.thickness[None]
+        return 2.0 * self.stiffness[None] * ti.min(self.depth[s] / self.thickness[None], 1.0)
+
+    @ti.func
+    def _stored(self, s: int) -> float:
+        """Integral of the pressure over the depth [J/m^2]."""
+        t, d = self.thickness[None], self.depth[s]
+        shallow = ti.min(d, t)
+        beyond = d - shallow
+        return self.stiffness[None] * (shallow * shallow * shallow / (3.0 * t) + beyond * (t + beyond))
 
     @ti.func
     def _respond(self, s: int):
@@ -82,6 +95,16 @@ class BodyContact:
         if self.along[s] < 1.0 and length > 0.0:
             hold -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
         self.hold[s] = self._steepness(s) * self.area[s] * normal_part + hold
+
+    @ti.kernel
+    def carry(self):
+        """Take the cloth along with a body that has moved, the less the further it is off: from there Newton's method
+        finds contact and friction as they were, instead of a body that has run into the cloth."""
+        for i in range(self.nv):
+            gap, _, winner = self.body.gap_within(self.x[i], 0.0)
+            share = ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
+            if share > 0.0:
+                self.x[i] += share * self.body.motion(self.x[i], winner)
 
     @ti.kernel
     def evaluate(self):
@@ -168,7 +191,7 @@ class BodyContact:
             total = ti.cast(0.0, ti.f64)
             for s in range(low, high):
                 if self.depth[s] > 0.0:
-                    total += self._pressure(s) * self.depth[s] * self.area[s] / 3.0
+                    total += self._stored(s) * self.area[s]
                     length = self.drag[s].norm()
                     reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
                     total += self.stick[s] * reach * (length - 0.5 * reach)
@@ -181,5 +204,6 @@ class BodyContact:
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
-        depth = self.depth.to_numpy()
-        return self.stiffness[None] * depth**2 / self.thickness[None]
+        depth, t = self.depth.to_numpy(), self.thickness[None]
+        shallow = np.minimum(depth, t)
+        return self.stiffness[None] * (shallow**2 / t + 2 * (depth - shallow))

@@ -104,11 +104,13 @@ class ImplicitStep:
 
     # -- one step -------------------------------------------------------------------------------------------------
 
-    def step(self, dt: float, inertia: float = 1.0) -> StepResult:
+    def step(self, dt: float, inertia: float = 1.0, body_moves: bool = False) -> StepResult:
         """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was. ``inertia`` 0: from rest."""
         s, inverse_dt = self.settings, 1.0 / dt
         self._begin(dt * inertia)
         self.elastic.begin_step()
+        if body_moves:
+            self.contact.carry()
         self._evaluate(inverse_dt)
         self.contact.bind(1, dt * inertia)
         residual = self._gather(inverse_dt)[0]
