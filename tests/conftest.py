@@ -15,6 +15,7 @@ from taichi_tryon import runtime
 from taichi_tryon.body.model import Body
 from taichi_tryon.body.spec import BodySpec
 from taichi_tryon.fabric import Moduli
+from taichi_tryon.mesh.bands import Tapes
 from taichi_tryon.mesh.topology import Topology
 from taichi_tryon.mesh.triangulate import triangulate
 
@@ -61,6 +62,7 @@ def make_sheet():
             areas=(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2,
             vertex_count=len(points),
             topology=Topology.of(triangles, len(points)),
+            tapes=Tapes(np.zeros((0, 2), int), np.zeros(0), np.zeros(0)),
         )
 
     return make

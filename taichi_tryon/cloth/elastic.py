@@ -1,4 +1,4 @@
-"""The elastic forces of the whole cloth: membrane and bending over all triangles and hinges, as Taichi fields.
+"""The elastic forces of the whole cloth: membrane, bending and tapes, as Taichi fields.
 
 ``evaluate`` fills what forces and Hessian blocks are made of; forces are gathered at the vertices, so that no two
 threads write to one place and every run gives the same bits. Internal friction enters through the strain and hinge
@@ -11,6 +11,7 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.cloth import bending, membrane
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.cloth.tape import Tapes
 
 # Heights below this share of the rest height count as that share in the hinge gradient.
 LEAST_HEIGHT = 0.2
@@ -21,7 +22,7 @@ SWEEPS = 6
 
 @ti.data_oriented
 class Elastic:
-    """Membrane and bending of a Cloth at positions ``x`` (field of nv vectors)."""
+    """Membrane, bending and tapes of a Cloth at positions ``x`` (field of nv vectors)."""
 
     def __init__(self, cloth: Cloth, x):
         nt, ne = len(cloth.triangles), len(cloth.hinges)
@@ -49,6 +50,10 @@ class Elastic:
         self.rotation_step = ti.field(float, shape=ne)
         self._chebyshev(cloth.edge_rate)
 
+        self.tapes = Tapes(cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, self.nv, x)
+        # a triangle beside each segment, by which its energy is counted
+        first = np.unique(cloth.triangles.ravel(), return_index=True)[1] // 3
+        self.tape_triangle = fields.scalars(first[cloth.tapes[:, 0]])
         start, order = fields.group(cloth.triangles.ravel(), self.nv)
         self.corner_start, self.corner = fields.scalars(start), fields.scalars(order)
         held = np.flatnonzero(cloth.hinges.ravel() >= 0)
@@ -194,6 +199,8 @@ class Elastic:
             e, k = self.role[n] // 4, self.role[n] % 4
             if self.hinge[e][3] >= 0:
                 total -= self.moment[e] * self.slope[e, k]
+        if ti.static(self.tapes.count > 0):
+            total += self.tapes.force(i)
         return total
 
     @ti.func
@@ -228,6 +235,11 @@ class Elastic:
                         self.area[t] * drag,
                     ]
                 )
+            if ti.static(self.tapes.count > 0):
+                low, high = fields.chunk_bounds(chunk, self.tapes.count)
+                for k in range(low, high):
+                    if first <= self.tape_triangle[k] < last:
+                        total[0] += self.tapes.energy(k)
             low, high = fields.chunk_bounds(chunk, self.ne)
             for e in range(low, high):
                 change = self.angle[e] - self.angle_start[e]

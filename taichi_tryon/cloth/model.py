@@ -31,7 +31,8 @@ class Cloth:
     stretch (nt, 4) C11 C22 C12 C66 [N/m]; damping_time (nt,) [s]; masses (nv,) [kg].
     hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
     triangle_edges (nt, 3) opposite to each corner; edge_stiffness (nt, 3, 3) [N m] of the edge angles; edge_rate is the
-    range of eigenvalues that the iteration for the edge rotations has to cover.
+    range of eigenvalues that the iteration for the edge rotations has to cover. tapes (k, 2) are the ends of the
+    segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
     """
 
     parts: tuple[Part, ...]
@@ -45,6 +46,9 @@ class Cloth:
     hinge_triangles: np.ndarray
     triangle_edges: np.ndarray
     edge_stiffness: np.ndarray
+    tapes: np.ndarray
+    tape_lengths: np.ndarray
+    tape_stiffness: np.ndarray
     edge_rate: tuple[float, float]
 
     @property
@@ -84,6 +88,9 @@ class Cloth:
                     np.where(beside < 0, -1, beside + t),
                     np.roll(mesh.topology.triangle_edges, -1, axis=1) + e,
                     triangle_stiffness(mesh.rest, np.tile(moduli.bend, (nt, 1))),
+                    mesh.tapes.vertices + v,
+                    mesh.tapes.lengths,
+                    mesh.tapes.stiffness,
                 )
             )
             v, t, e = v + mesh.vertex_count, t + nt, e + ne

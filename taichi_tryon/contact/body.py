@@ -3,9 +3,9 @@
 Normal: the samples are held off the skin by the contact thickness t, by the one-sided potential k A depth^3 / (3 t) in
 the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
 no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
-reached at the pressure k t. Inside the skin the pressure goes on along its tangent, k t + 2 k (depth - t): Newton's
-method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
-place than in another.
+reached at the pressure k t. From the depth STIFF t on the pressure follows its tangent, since Newton's method would
+only halve a depth in which it is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times
+stiffer in one place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
@@ -22,6 +22,8 @@ from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
+# depth, in contact thicknesses, from which the pressure grows linearly
+STIFF = 3.0
 # cloth further off the body than this is not carried along with it [m]
 CARRIED = 0.04
 # slipping, a spring keeps this share of its stiffness along its way in the Hessian, so that a sample held by nothing
@@ -65,21 +67,20 @@ class BodyContact:
     def _pressure(self, s: int) -> float:
         """Normal pressure on sample s [Pa]."""
         t, d = self.thickness[None], self.depth[s]
-        shallow = ti.min(d, t)
-        return self.stiffness[None] * (shallow * shallow / t + 2.0 * (d - shallow))
+        shallow = ti.min(d, STIFF * t)
+        return self.stiffness[None] * shallow * (2.0 * d - shallow) / t
 
     @ti.func
     def _steepness(self, s: int) -> float:
         """Derivative of the pressure with respect to the depth [N/m^3]."""
-        return 2.0 * self.stiffness[None] * ti.min(self.depth[s] / self.thickness[None], 1.0)
+        return 2.0 * self.stiffness[None] * ti.min(self.depth[s] / self.thickness[None], STIFF)
 
     @ti.func
     def _stored(self, s: int) -> float:
         """Integral of the pressure over the depth [J/m^2]."""
         t, d = self.thickness[None], self.depth[s]
-        shallow = ti.min(d, t)
-        beyond = d - shallow
-        return self.stiffness[None] * (shallow * shallow * shallow / (3.0 * t) + beyond * (t + beyond))
+        shallow = ti.min(d, STIFF * t)
+        return self.stiffness[None] * shallow * (shallow * shallow / 3.0 + d * (d - shallow)) / t
 
     @ti.func
     def _respond(self, s: int):
@@ -205,5 +206,5 @@ class BodyContact:
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
         depth, t = self.depth.to_numpy(), self.thickness[None]
-        shallow = np.minimum(depth, t)
-        return self.stiffness[None] * (shallow**2 / t + 2 * (depth - shallow))
+        shallow = np.minimum(depth, STIFF * t)
+        return self.stiffness[None] * shallow * (2 * depth - shallow) / t

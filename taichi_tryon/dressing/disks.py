@@ -40,7 +40,10 @@ class Disk:
 
 
 def disk_frame(spec: DressingSpec, name: str, body: Body, transforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A point (3,) [m] of a disk's plane and its unit normal (3,) where the bones stand at ``transforms`` (b, 4, 4)."""
+    """A point (3,) [m] of a disk's plane and its unit normal (3,) where the bones stand at ``transforms`` (b, 4, 4).
+
+    It is where the garment belongs, not where it is pulled up to.
+    """
     disk = spec.disks[name]
     point, normal, _, _ = _frame(name, disk, body, transforms)
     return point - disk.lift_cm * CM * normal, normal
@@ -62,7 +65,7 @@ def make_disk(spec: DressingSpec, name: str, body: Body, transforms: np.ndarray,
     rim, outward = _rim(disk.outline, center, outline)
     rim = rim + _free_ease(section, rim, outward, disk.ease_cm * CM + extra)[:, None] * outward
     rim = _resample(_from_start(rim, center, disk.half))
-    middle = point + center @ np.array([start, left]) - disk.lift_cm * CM * normal
+    middle = point + center @ np.array([start, left]) - (disk.lift_cm + disk.pulled_up_cm) * CM * normal
     return Disk(name, middle, normal, start, left, middle + (rim - center) @ np.array([start, left]))
 
 

@@ -32,6 +32,9 @@ class DiskSpec(Spec):
     )
     ease_cm: float = Field(gt=0, le=60, description="Distance from the section to the rim")
     lift_cm: float = Field(0.0, ge=-100, le=100, description="Shift of the rim against the normal")
+    pulled_up_cm: float = Field(
+        0.0, ge=-20, le=20, description="As lift_cm, but beyond where the garment belongs: it slides back as it sits"
+    )
     half: bool = Field(False, description="Only the half of the rim from `start` leftwards to the opposite point")
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from taichi_tryon.mesh.bands import Tapes, lay_tapes
 from taichi_tryon.mesh.ears import open_crowded_ears
 from taichi_tryon.mesh.sampling import EdgeSamples, sample_edges
 from taichi_tryon.mesh.topology import Topology
@@ -30,6 +31,7 @@ class GarmentMesh:
     In the flat pattern: ``pattern_points`` (np, 2) [m] in the coordinates of the panel ``point_panel`` (np,), drawn
     from outside; ``point_vertex`` (np,) is the vertex each became; ``point_triangles`` (nt, 3) are the triangles in
     pattern points. ``edge_points`` gives for (panel, edge) the pattern points along the edge, in its own direction.
+    ``tapes`` are the pattern's bands.
     """
 
     name: str
@@ -43,6 +45,7 @@ class GarmentMesh:
     point_vertex: np.ndarray
     point_triangles: np.ndarray
     edge_points: dict[EdgeName, np.ndarray]
+    tapes: Tapes
 
     def edge_vertices(self, panel: str, edge: str) -> np.ndarray:
         """Vertices along an edge of a panel, in the edge's own direction."""
@@ -107,6 +110,7 @@ def build(pattern: Pattern, edge_length: float, name: str) -> GarmentMesh:
         point_vertex=point_vertex.astype(np.int32),
         point_triangles=point_triangles.astype(np.int32),
         edge_points=edge_points,
+        tapes=lay_tapes(pattern, points, point_vertex, edge_points),
     )
     _ = mesh.topology  # refuses what is not a cloth
     return mesh

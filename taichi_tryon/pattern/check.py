@@ -37,9 +37,9 @@ def check(pattern: Pattern) -> None:
 
 
 def faults(pattern: Pattern) -> list[Fault]:
-    """Every fault of a pattern: of its panels one by one, then of its seams."""
+    """Every fault of a pattern: of its panels one by one, then of its seams and bands."""
     found = [fault for panel in pattern.panels.values() if panel.mirror_of is None for fault in _panel_faults(panel)]
-    return found + _seam_faults(pattern, sound=not found)
+    return found + _seam_faults(pattern, sound=not found) + _band_faults(pattern)
 
 
 def _panel_faults(panel: Panel) -> list[Fault]:
@@ -99,7 +99,11 @@ def _seam_faults(pattern: Pattern, sound: bool) -> list[Fault]:
     for i, seam in enumerate(pattern.seams):
         if names[seam.name] > 1:
             found.append(Fault(("seams", i, "name"), f"{names[seam.name]} seams are called '{seam.name}'"))
-        unknown = _unknown_edges(pattern, seam, i)
+        unknown = [
+            fault
+            for side in ("a", "b")
+            for fault in _unknown_edges(pattern, f"seam '{seam.name}'", getattr(seam, side), ("seams", i, side))
+        ]
         found += unknown
         for side in ("a", "b"):
             for j, edge in enumerate(getattr(seam, side)):
@@ -112,17 +116,31 @@ def _seam_faults(pattern: Pattern, sound: bool) -> list[Fault]:
     return found
 
 
-def _unknown_edges(pattern: Pattern, seam: Seam, index: int) -> list[Fault]:
+def _band_faults(pattern: Pattern) -> list[Fault]:
     found = []
-    for side in ("a", "b"):
-        for j, (panel, edge) in enumerate(getattr(seam, side)):
-            place = ("seams", index, side, j)
-            if panel not in pattern.panels:
-                message = f"no panel '{panel}'; there are {', '.join(pattern.panels)}"
-                found.append(Fault(place, f"seam '{seam.name}': {message}"))
-            elif edge not in (names := [e.name for e in pattern.panels[panel].edges]):
-                message = f"panel '{panel}' has no edge '{edge}'; there are {', '.join(names)}"
-                found.append(Fault(place, f"seam '{seam.name}': {message}"))
+    names = Counter(band.name for band in pattern.bands)
+    for i, band in enumerate(pattern.bands):
+        if names[band.name] > 1:
+            found.append(Fault(("bands", i, "name"), f"{names[band.name]} bands are called '{band.name}'"))
+        for j, (panel, edge) in enumerate(band.edges):
+            if (panel, edge) in band.edges[:j]:
+                message = f"band '{band.name}': edge {panel}.{edge} is listed twice"
+                found.append(Fault(("bands", i, "edges", j), message))
+        found += _unknown_edges(pattern, f"band '{band.name}'", band.edges, ("bands", i, "edges"))
+    return found
+
+
+def _unknown_edges(
+    pattern: Pattern, who: str, edges: tuple[tuple[str, str], ...], place: tuple[str | int, ...]
+) -> list[Fault]:
+    found = []
+    for j, (panel, edge) in enumerate(edges):
+        if panel not in pattern.panels:
+            message = f"no panel '{panel}'; there are {', '.join(pattern.panels)}"
+            found.append(Fault((*place, j), f"{who}: {message}"))
+        elif edge not in (names := [e.name for e in pattern.panels[panel].edges]):
+            message = f"panel '{panel}' has no edge '{edge}'; there are {', '.join(names)}"
+            found.append(Fault((*place, j), f"{who}: {message}"))
     return found
 
 

@@ -68,13 +68,27 @@ class Seam:
     ease: float = 0.0
 
 
+@dataclass(frozen=True)
+class Band:
+    """A tape sewn along ``edges``: a waistband or elastic.
+
+    ``length`` [m] of the whole tape at rest, None: as long as the edges; ``stiffness`` [N]: tension over strain.
+    """
+
+    name: str
+    edges: tuple[EdgeName, ...]
+    length: float | None
+    stiffness: float
+
+
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """All panels of a garment by name, and its seams."""
+    """All panels of a garment by name, its seams and its bands."""
 
     name: str
     panels: dict[str, Panel]
     seams: tuple[Seam, ...]
+    bands: tuple[Band, ...] = ()
 
     def edge(self, name: EdgeName) -> Edge:
         panel, edge = name
@@ -89,4 +103,5 @@ class Pattern:
         """The pattern written in a checked ``PatternSpec``, in metres."""
         panels = {name: panel.build(name) for name, panel in spec.panels.items()}
         panels |= {name: panels[original].mirrored(name) for name, original in spec.mirrored_panels.items()}
-        return cls(spec.pattern, panels, tuple(seam.build() for seam in spec.seams))
+        seams, bands = (tuple(part.build() for part in parts) for parts in (spec.seams, spec.bands))
+        return cls(spec.pattern, panels, seams, bands)

@@ -10,7 +10,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from taichi_tryon.pattern import check
 from taichi_tryon.pattern.edge import Edge
-from taichi_tryon.pattern.panel import Panel, Pattern, Seam
+from taichi_tryon.pattern.panel import Band, Panel, Pattern, Seam
 from taichi_tryon.spec import Spec, fault
 from taichi_tryon.units import CM
 
@@ -101,6 +101,23 @@ class SeamSpec(Spec):
         return Seam(self.name, a, b, self.direction == "reverse", self.ease_cm * CM)
 
 
+class BandSpec(Spec):
+    """A tape sewn along edges, such as a waistband or an elastic: it resists stretch, weighs and bends nothing."""
+
+    name: Name = Field(description="name of the band, for messages")
+    edges: list[EdgeReference] = Field(min_length=1, description="edges [panel, edge] that it is sewn to")
+    length_cm: float | None = Field(
+        default=None, gt=0, le=1000, description="its length at rest; null: that of the edges; shorter gathers them"
+    )
+    stiffness_N: float = Field(
+        gt=0, le=1e5, description="tension over strain; a doubled band: 2 x width x tensile rigidity of its cloth"
+    )
+
+    def build(self) -> Band:
+        length = None if self.length_cm is None else self.length_cm * CM
+        return Band(self.name, tuple((panel, edge) for panel, edge in self.edges), length, self.stiffness_N)
+
+
 class DraftSpec(Spec):
     """Where the pattern comes from: kept for the reader, not used in computing."""
 
@@ -120,6 +137,7 @@ class PatternSpec(Spec):
         default_factory=dict, description="panels that are mirror images in the y axis: {new panel: panel it mirrors}"
     )
     seams: list[SeamSpec] = Field(default_factory=list, description="what is sewn to what, darts included")
+    bands: list[BandSpec] = Field(default_factory=list, description="tapes along edges: waistband, elastic")
 
     @model_validator(mode="after")
     def _can_be_sewn(self) -> PatternSpec:

@@ -21,6 +21,7 @@ class Matrix:
         triangles = elastic.triangle.to_numpy()
         hinges = elastic.hinge.to_numpy()
         samples, weights = contact.vertex.to_numpy(), contact.weight.to_numpy()
+        tapes = elastic.tapes.vertex.to_numpy()[: elastic.tapes.count]
         inner = np.flatnonzero(hinges[:, 3] >= 0)
         low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
         for table, owners, width, label in (
@@ -30,6 +31,7 @@ class Matrix:
                 for points in (2, 3)
                 for used in [np.flatnonzero((weights > 0).sum(axis=1) == points)]
             ),
+            (tapes, np.arange(len(tapes)), 2, 3),
         ):
             more = _pairs(table, owners, width, label, base=3 if label != 1 else 4)
             low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
@@ -38,12 +40,13 @@ class Matrix:
         self.pair_count = len(keys)
         self.pair_i, self.pair_j = fields.scalars(i), fields.scalars(j)
         self._gather = []
-        for label in range(3):
+        for label in range(4):
             chosen = kind == label
             start, order = fields.group(pair[chosen], self.pair_count)
             self._gather.append((fields.scalars(start), fields.scalars(code[chosen][order])))
         (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
         self.sample_start, self.sample_code = self._gather[2]
+        self.tape_start, self.tape_code = self._gather[3]
 
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.lexsort((columns, rows))
@@ -71,6 +74,9 @@ class Matrix:
             for n in range(self.sample_start[p], self.sample_start[p + 1]):
                 code = self.sample_code[n]
                 block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
+            if ti.static(self.elastic.tapes.count > 0):
+                for n in range(self.tape_start[p], self.tape_start[p + 1]):
+                    block += self.elastic.tapes.block(self.tape_code[n] // 9)
             self.block[self.place_ij[p]] = ti.cast(block, ti.f32)
             self.block[self.place_ji[p]] = ti.cast(block.transpose(), ti.f32)
         for i in range(self.nv):

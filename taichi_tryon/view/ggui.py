@@ -25,6 +25,8 @@ from taichi_tryon.view.occlusion import Occlusion
 from taichi_tryon.view.shading import BACKGROUND, vec3
 
 SUPERSAMPLING = 2
+# Taichi 1.7.4 on a software Vulkan now and then hands back a picture with nothing drawn; so often it is asked again
+ATTEMPTS = 3
 PACKAGES = "libvulkan1 mesa-vulkan-drivers"
 
 
@@ -147,8 +149,11 @@ class GguiRenderer:
     def render(self, meshes: Sequence[Mesh] | DrawList, camera: Camera) -> np.ndarray:
         """A picture, uint8 (height, width, 3), of meshes or of what ``prepare`` made of them."""
         draw = meshes if isinstance(meshes, DrawList) else self.prepare(meshes)
-        self._scene.draw(draw, camera)
-        pixels = self._window.get_image_buffer_as_numpy()
+        for _ in range(ATTEMPTS):
+            self._scene.draw(draw, camera)
+            pixels = self._window.get_image_buffer_as_numpy()
+            if np.ptp(pixels[..., :3], axis=(0, 1)).any():
+                break
         image = np.empty((self.size[1], self.size[0], 3), np.uint8)
         shrink(pixels, image, SUPERSAMPLING)
         return image

@@ -7,7 +7,7 @@ import pytest
 from taichi_tryon.errors import PatternError
 from taichi_tryon.pattern.check import check, faults
 from taichi_tryon.pattern.edge import Edge
-from taichi_tryon.pattern.panel import Panel, Pattern, Seam
+from taichi_tryon.pattern.panel import Band, Panel, Pattern, Seam
 from taichi_tryon.pattern.spec import PatternSpec
 
 
@@ -83,6 +83,14 @@ def test_seam_of_a_missing_edge_or_panel(pattern):
     first, second = faults(replace(pattern, seams=seams))
     assert first.place == ("seams", 2, "a", 0) and "no edge 'topp'; there are bottom, right, top, left" in first.message
     assert second.place == ("seams", 2, "b", 0) and "no panel 'bak'; there are front, back" in second.message
+
+
+def test_bands_along_missing_edges_or_twice(pattern):
+    band = Band("elastic", (("front", "topp"), ("front", "top"), ("front", "top")), None, 100.0)
+    found = {fault.place: fault.message for fault in faults(replace(pattern, bands=(band, band)))}
+    assert "no edge 'topp'" in found["bands", 0, "edges", 0]
+    assert "front.top is listed twice" in found["bands", 0, "edges", 2]
+    assert "2 bands are called 'elastic'" in found["bands", 1, "name"]
 
 
 def test_edge_sewn_twice(pattern):

@@ -1,0 +1,37 @@
+"""Bands of the pattern on the mesh: segments of tape between neighbouring vertices of an edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichi_tryon.pattern.panel import EdgeName, Pattern
+
+
+@dataclass(frozen=True, eq=False)
+class Tapes:
+    """Segments of tape: the ``vertices`` (k, 2) at their ends, rest ``lengths`` (k,) [m], ``stiffness`` (k,) [N]."""
+
+    vertices: np.ndarray
+    lengths: np.ndarray
+    stiffness: np.ndarray
+
+
+def lay_tapes(
+    pattern: Pattern, points: np.ndarray, point_vertex: np.ndarray, edge_points: dict[EdgeName, np.ndarray]
+) -> Tapes:
+    """Sew each band along its edges; a band of another length than theirs is spread evenly.
+
+    points (np, 2) [m] of the flat pattern, point_vertex (np,), edge_points: the points along each edge.
+    """
+    ends, lengths, stiffness = [np.zeros((0, 2), int)], [np.zeros(0)], [np.zeros(0)]
+    for band in pattern.bands:
+        pairs = np.concatenate(
+            [np.stack([edge_points[name][:-1], edge_points[name][1:]], axis=1) for name in band.edges]
+        )
+        drawn = np.linalg.norm(points[pairs[:, 1]] - points[pairs[:, 0]], axis=1)
+        ends.append(point_vertex[pairs])
+        lengths.append(drawn * (1.0 if band.length is None else band.length / drawn.sum()))
+        stiffness.append(np.full(len(pairs), band.stiffness))
+    return Tapes(np.concatenate(ends), np.concatenate(lengths), np.concatenate(stiffness))
