@@ -36,6 +36,7 @@ class Recorder:
         self.pictures = self.film = self.renderer = self.last_picture = None
         self.renderer_name, self.message = "none", None
         if self.options.images or self.options.video or self.options.maps:
+            # what draws is imported where it is needed: a run without pictures starts sooner
             from taichi_tryon.view.renderer import make_renderer
 
             self.renderer, self.message = make_renderer(tuple(self.options.image_size))
@@ -47,7 +48,6 @@ class Recorder:
             raise
 
     def _prepare_pictures(self) -> None:
-        # imported here: a run without pictures starts sooner
         if self.renderer is not None:
             from taichi_tryon.view.pictures import Pictures
 

@@ -4,8 +4,8 @@ Normal: the samples are held off the skin by the contact thickness t, by the one
 the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
 no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
 reached at the pressure k t. Inside the skin the pressure goes on along its tangent, k t + 2 k (depth - t): Newton's
-method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
-place than in another.
+method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the
+skin and is four times stiffer in one place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
@@ -40,9 +40,10 @@ class BodyContact:
         self.samples = samples
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
-        self.vertex = fields.vectors(samples.vertices)
-        self.weight = fields.vectors(samples.weights)
-        self.area = fields.scalars(samples.areas)
+        tables = fields.Tables()
+        self.vertex = tables.vectors(samples.vertices)
+        self.weight = tables.vectors(samples.weights)
+        self.area = tables.scalars(samples.areas)
         self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
@@ -52,7 +53,8 @@ class BodyContact:
         self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
-        self.entry_start, self.entry = fields.scalars(start), fields.scalars(entries[order])
+        self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
+        tables.fill()
         self.sums = ti.field(ti.f64, shape=fields.CHUNKS)
 
     @ti.func
