@@ -6,30 +6,72 @@ import taichi as ti
 CHUNKS = 64
 
 
-def scalars(values: np.ndarray):
-    """Field (n,) filled with ``values``; integers become i32, floats the run's precision."""
-    values = _cast(values)
-    field = ti.field(_TYPES[values.dtype.kind], shape=max(len(values), 1))
-    if len(values):
-        field.from_numpy(values)
-    return field
+class Tables:
+    """Fields made from arrays; ``fill`` copies all the values at once.
 
+    Taichi builds a kernel for every field that it fills by itself, which costs more than the values do.
+    """
 
-def vectors(values: np.ndarray):
-    """Vector field (n,) of ``values`` (n, k)."""
-    values = _cast(values)
-    field = ti.Vector.field(values.shape[1], _TYPES[values.dtype.kind], shape=max(len(values), 1))
-    if len(values):
-        field.from_numpy(values)
-    return field
+    def __init__(self):
+        self._sources = {"i": [np.zeros(1, np.int32)], "f": [cast(np.zeros(1))]}
+        self._entries = []
+
+    def scalars(self, values: np.ndarray):
+        """Field (n,) for ``values``; integers become i32, floats the run's precision."""
+        values = cast(values)
+        return self._add(ti.field(_TYPES[values.dtype.kind], shape=max(len(values), 1)), values)
+
+    def vectors(self, values: np.ndarray):
+        """Vector field (n,) for ``values`` (n, k)."""
+        values = cast(values)
+        field = ti.Vector.field(values.shape[1], _TYPES[values.dtype.kind], shape=max(len(values), 1))
+        return self._add(field, values)
+
+    def matrices(self, values: np.ndarray):
+        """Matrix field (n,) for ``values`` (n, k, m)."""
+        values = cast(values)
+        return self._add(ti.Matrix.field(*values.shape[1:], _TYPES[values.dtype.kind], shape=len(values)), values)
+
+    def set(self, field, values: np.ndarray):
+        """Let a field (n,) that is there already take ``values`` too."""
+        self._add(field, cast(values))
+
+    def _add(self, field, values):
+        sources = self._sources[values.dtype.kind]
+        start = sum(map(len, sources))
+        self._entries.append((field, values.dtype.kind == "i", values.shape[1:], start, len(values)))
+        sources.append(values.ravel())
+        return field
+
+    def fill(self):
+        """Copy the values into the fields."""
+        entries = tuple(self._entries)
+
+        @ti.kernel
+        def copy(longest: int, integers: ti.types.ndarray(), floats: ti.types.ndarray()):
+            for i in range(longest):
+                for field, whole, shape, start, count in ti.static(entries):
+                    source = ti.static(integers if whole else floats)
+                    if i < count:
+                        if ti.static(len(shape) == 0):
+                            field[i] = source[start + i]
+                        elif ti.static(len(shape) == 1):
+                            for k in range(shape[0]):
+                                field[i][k] = source[start + i * shape[0] + k]
+                        else:
+                            for k in range(shape[0]):
+                                for m in range(shape[1]):
+                                    field[i][k, m] = source[start + (i * shape[0] + k) * shape[1] + m]
+
+        copy(max(entry[-1] for entry in entries), *(np.concatenate(self._sources[kind]) for kind in "if"))
 
 
 def upload(field, values: np.ndarray):
     """Copy an array into a field of the run's precision."""
-    field.from_numpy(_cast(values))
+    field.from_numpy(cast(values))
 
 
-def _cast(values: np.ndarray) -> np.ndarray:
+def cast(values: np.ndarray) -> np.ndarray:
     """Integers as i32, floats in the run's precision: Taichi warns at every other width."""
     values = np.ascontiguousarray(values)
     if values.dtype.kind in "iub":

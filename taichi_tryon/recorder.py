@@ -10,11 +10,8 @@ from taichi_tryon import stage
 from taichi_tryon.observe import Observer
 from taichi_tryon.output.frames import FrameWriter, GarmentFrame
 from taichi_tryon.output.observation import Observation
-from taichi_tryon.output.video import VideoWriter
 from taichi_tryon.units import MM
 from taichi_tryon.view.appearance import Scale, skin, value_map
-from taichi_tryon.view.pictures import Pictures
-from taichi_tryon.view.renderer import make_renderer
 
 # the film shows the worn shape for so long at its end [s]
 FINAL_HOLD = 1.5
@@ -39,6 +36,9 @@ class Recorder:
         self.pictures = self.film = self.renderer = self.last_picture = None
         self.renderer_name, self.message = "none", None
         if self.options.images or self.options.video or self.options.maps:
+            # what draws is imported where it is needed: a run without pictures starts sooner
+            from taichi_tryon.view.renderer import make_renderer
+
             self.renderer, self.message = make_renderer(tuple(self.options.image_size))
             self.renderer_name = self.renderer.name
         try:
@@ -49,9 +49,13 @@ class Recorder:
 
     def _prepare_pictures(self) -> None:
         if self.renderer is not None:
+            from taichi_tryon.view.pictures import Pictures
+
             views, bounds = self.options.views, stage.bounds(self.setup)
             self.pictures = Pictures(self.renderer, views, bounds, self.folder, images=self.options.images)
         if self.options.video:
+            from taichi_tryon.output.video import VideoWriter
+
             self.film = VideoWriter(self.folder / "video.mp4", self.options.frames_per_s)
             for index in range(self.index):
                 earlier = self.pictures.stored(index)

@@ -4,14 +4,12 @@ Same definitions as ``density.py``. The posed balls are listed by the cells of a
 balls of its cell only. A ball is stored once, with its groups as bits, though it may add to several sums.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import taichi as ti
-from taichi.lang.util import to_numpy_type
 
+from taichi_tryon import fields
 from taichi_tryon.body.density import FAR, LONGEST_STEP, SLIDE, SLIDE_BAND
-from taichi_tryon.body.model import Body
+from taichi_tryon.body.model import Balls, Body
 
 CELL_SIZE = 0.08
 """Least edge of a cell [m]; larger where the body would need more cells than MAX_CELLS."""
@@ -23,7 +21,6 @@ DEEP_STEPS = 12
 """Newton steps for points deeper than LONGEST_STEP."""
 TOLERANCE = 1e-5
 """A Newton step shorter than this [m] is the last; what is left is a third of it at most."""
-POLAR_STEPS = 12
 
 
 @ti.data_oriented
@@ -40,20 +37,6 @@ class BodyField:
         self.far = max(FAR, margin)
         self.groups = balls.membership.shape[1]
         self.count = len(balls.weights)
-        bones = len(body.skeleton.names)
-
-        self.rest_center = ti.Vector.field(3, float, self.count)
-        self.rest_axes = ti.Matrix.field(3, 3, float, self.count)
-        self.radius = ti.Vector.field(3, float, self.count)
-        self.inverse_square = ti.Vector.field(3, float, self.count)  # 1 / radius^2, 0 for an infinite radius
-        self.bone = ti.Vector.field(2, ti.i32, self.count)
-        self.bone_weight = ti.Vector.field(2, float, self.count)
-        self.weight = ti.field(float, self.count)
-        self.member = ti.field(ti.i32, self.count)  # bit g: the ball adds to group g
-        self.bounded = ti.field(ti.i32, self.count)
-
-        self.bone_now = ti.Matrix.field(3, 4, float, bones)  # rest -> now
-        self.bone_shift = ti.Matrix.field(3, 4, float, bones)  # point of now -> its displacement over the last step
 
         self.center = ti.Vector.field(3, float, self.count)
         self.axes = ti.Matrix.field(3, 3, float, self.count)
@@ -67,15 +50,13 @@ class BodyField:
         self.cell_count = ti.field(ti.i32, MAX_CELLS + 1)
         self.cell_ball = ti.field(ti.i32, (MAX_CELLS + 1, self.count))
 
-        _upload(self.rest_center, balls.centers)
-        _upload(self.rest_axes, balls.axes)
-        _upload(self.radius, np.where(np.isinf(balls.radii), 0.0, balls.radii))
-        _upload(self.inverse_square, balls.radii**-2.0)
-        _upload(self.bone, balls.bones.astype(np.int32))
-        _upload(self.bone_weight, balls.bone_weights)
-        _upload(self.weight, balls.weights)
-        _upload(self.member, (balls.membership << np.arange(self.groups)).sum(axis=1).astype(np.int32))
-        _upload(self.bounded, np.isfinite(balls.radii).all(axis=1).astype(np.int32))
+        bounded = np.isfinite(balls.radii)
+        tables = fields.Tables()
+        self.radius = tables.vectors(np.where(bounded, balls.radii, 0.0))
+        self.weight = tables.scalars(balls.weights)
+        self.member = tables.scalars((balls.membership << np.arange(self.groups)).sum(axis=1))  # bit g: adds to group g
+        self.bounded = tables.scalars(bounded.all(axis=1))
+        tables.fill()
         self._now: np.ndarray | None = None
         self._shifts: np.ndarray | None = None
 
@@ -89,19 +70,18 @@ class BodyField:
         if previous_transforms is not None and not np.array_equal(previous_transforms, transforms):
             shifts = (np.eye(4) - previous_transforms @ np.linalg.inv(transforms))[:, :3]
         moved = self._now is None or not np.array_equal(self._now, transforms)
-        if moved:
-            _upload(self.bone_now, transforms[:, :3])
-            self._place_grid(transforms)
         if moved or not np.array_equal(self._shifts, shifts):
-            _upload(self.bone_shift, shifts)
-            self._pose_balls()
-        if moved:
-            self._fill_cells()
+            balls = self.body.posed(transforms)
+            shift = np.einsum("nb,nbij->nij", balls.bone_weights, shifts[balls.bones])
+            parts = (balls.centers, balls.axes, balls.quadratics, shift)
+            self._pose_balls(fields.cast(np.hstack([part.reshape(self.count, -1) for part in parts])))
+            if moved:
+                self._place_grid(balls)
+                self._fill_cells()
         self._now, self._shifts = transforms, shifts
 
-    def _place_grid(self, transforms: np.ndarray) -> None:
+    def _place_grid(self, balls: Balls) -> None:
         """A grid around all bounded balls; where cells of CELL_SIZE would be too many, larger ones."""
-        balls = self.body.posed(transforms)
         bounded = np.isfinite(balls.radii).all(axis=1)
         low, high = np.zeros(3), np.full(3, CELL_SIZE)
         if bounded.any():
@@ -115,24 +95,16 @@ class BodyField:
         self.grid_shape[None] = (np.floor((high - low) / size) + 1).astype(np.int32)
 
     @ti.kernel
-    def _pose_balls(self):
+    def _pose_balls(self, values: ti.types.ndarray()):
+        """Take centre, axes, quadratic and shift of each ball from its row."""
         for k in range(self.count):
-            blend = ti.Matrix.zero(float, 3, 4)
-            shift = ti.Matrix.zero(float, 3, 4)
-            for slot in ti.static(range(2)):
-                blend += self.bone_weight[k][slot] * self.bone_now[self.bone[k][slot]]
-                shift += self.bone_weight[k][slot] * self.bone_shift[self.bone[k][slot]]
-            turn = blend[:, :3]
-            self.center[k] = turn @ self.rest_center[k] + ti.Vector([blend[i, 3] for i in ti.static(range(3))])
-            # Newton's iteration for the orthogonal polar factor: the nearest rotation (Higham 1986).
-            for _ in range(POLAR_STEPS):
-                turn = 0.5 * (turn + turn.inverse().transpose())
-            axes = turn @ self.rest_axes[k]
-            scale = self.inverse_square[k]
-            scaled = ti.Matrix([[axes[i, j] * scale[j] for j in ti.static(range(3))] for i in ti.static(range(3))])
-            self.axes[k] = axes
-            self.quadratic[k] = scaled @ axes.transpose()
-            self.shift[k] = shift
+            for i in range(3):
+                self.center[k][i] = values[k, i]
+                for j in range(3):
+                    self.axes[k][i, j] = values[k, 3 + 3 * i + j]
+                    self.quadratic[k][i, j] = values[k, 12 + 3 * i + j]
+                for j in range(4):
+                    self.shift[k][i, j] = values[k, 21 + 4 * i + j]
 
     @ti.kernel
     def _fill_cells(self):
@@ -312,8 +284,3 @@ class BodyField:
         if total > 0:
             result = blend / total
         return result
-
-
-def _upload(field: ti.Field, values: np.ndarray) -> None:
-    """Fill a field, in its own precision: Taichi warns of every f64 that it has to narrow itself."""
-    field.from_numpy(np.asarray(values).astype(to_numpy_type(field.dtype)))

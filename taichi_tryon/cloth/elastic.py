@@ -27,41 +27,42 @@ class Elastic:
     def __init__(self, cloth: Cloth, x):
         nt, ne = len(cloth.triangles), len(cloth.hinges)
         self.nt, self.ne, self.nv = nt, ne, cloth.vertex_count
-        self.x = x
-        self.triangle = fields.vectors(cloth.triangles)
+        self.cloth, self.x = cloth, x
+        tables = fields.Tables()
+        self.triangle = tables.vectors(cloth.triangles)
         self.hat = ti.Vector.field(2, float, shape=(nt, 3))
         fields.upload(self.hat, cloth.gradients)
-        self.area = fields.scalars(cloth.areas)
-        self.stretch = fields.vectors(cloth.stretch)
-        self.tau = fields.scalars(cloth.damping_time)
+        self.area = tables.scalars(cloth.areas)
+        self.stretch = tables.vectors(cloth.stretch)
+        self.tau = tables.scalars(cloth.damping_time)
         self.f1, self.f2, self.stress = (ti.Vector.field(3, float, shape=nt) for _ in range(3))
         self.tension, self.strain, self.strain_start = (ti.Vector.field(3, float, shape=nt) for _ in range(3))
 
-        self.hinge = fields.vectors(cloth.hinges)
-        self.hinge_triangle = fields.vectors(cloth.hinge_triangles)
-        self.triangle_edge = fields.vectors(cloth.triangle_edges)
-        self.edge_sign = fields.vectors(cloth.edge_signs)
-        self.stiffness = ti.Matrix.field(3, 3, float, shape=nt)
-        fields.upload(self.stiffness, cloth.edge_stiffness)
-        self._hinge_constants(cloth)
+        self.hinge = tables.vectors(cloth.hinges)
+        self.hinge_triangle = tables.vectors(cloth.hinge_triangles)
+        self.triangle_edge = tables.vectors(cloth.triangle_edges)
+        self.edge_sign = tables.vectors(cloth.edge_signs)
+        self.stiffness = tables.matrices(cloth.edge_stiffness)
+        self._hinge_constants(cloth, tables)
         self.angle, self.angle_start, self.moment = (ti.field(float, shape=ne) for _ in range(3))
         self.slope = ti.Vector.field(3, float, shape=(ne, 4))
         self.rotation = ti.field(float, shape=(2, ne))
         self.rotation_step = ti.field(float, shape=ne)
         self._chebyshev(cloth.edge_rate)
 
-        self.tapes = Tapes(cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, self.nv, x)
+        self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
         # a triangle beside each segment, by which its energy is counted
         first = np.unique(cloth.triangles.ravel(), return_index=True)[1] // 3
-        self.tape_triangle = fields.scalars(first[cloth.tapes[:, 0]])
+        self.tape_triangle = tables.scalars(first[cloth.tapes[:, 0]])
         start, order = fields.group(cloth.triangles.ravel(), self.nv)
-        self.corner_start, self.corner = fields.scalars(start), fields.scalars(order)
+        self.corner_start, self.corner = tables.scalars(start), tables.scalars(order)
         held = np.flatnonzero(cloth.hinges.ravel() >= 0)
         start, order = fields.group(cloth.hinges.ravel()[held], self.nv)
-        self.role_start, self.role = fields.scalars(start), fields.scalars(held[order])
+        self.role_start, self.role = tables.scalars(start), tables.scalars(held[order])
+        tables.fill()
         self.sums = ti.Vector.field(4, ti.f64, shape=fields.CHUNKS)
 
-    def _hinge_constants(self, cloth: Cloth):
+    def _hinge_constants(self, cloth: Cloth, tables: fields.Tables):
         """Stiffness of each hinge with its edge rotation held, diagonal of the rotations' system, least heights."""
         diagonal = np.zeros(self.ne)
         heights = np.full((self.ne, 2), 1.0)
@@ -74,10 +75,10 @@ class Elastic:
             heights[edges, side] = height
         interior = cloth.hinge_triangles[:, 1] >= 0
         tau = cloth.damping_time[cloth.hinge_triangles[:, 0]]
-        self.rotation_diagonal = fields.scalars(diagonal)
-        self.hinge_stiffness = fields.scalars(np.where(interior, diagonal / 4, 0.0))
-        self.hinge_tau = fields.scalars(tau)
-        self.least_height = fields.vectors(heights)
+        self.rotation_diagonal = tables.scalars(diagonal)
+        self.hinge_stiffness = tables.scalars(np.where(interior, diagonal / 4, 0.0))
+        self.hinge_tau = tables.scalars(tau)
+        self.least_height = tables.vectors(heights)
 
     def _chebyshev(self, rate: tuple[float, float]):
         """Coefficients of the Chebyshev iteration for a spectrum within ``rate`` (Saad, Iterative Methods, 12.1)."""

@@ -12,14 +12,15 @@ from taichi_tryon import fields
 
 @ti.data_oriented
 class Tapes:
-    """The segments (k, 2) of ``vertices`` with their rest ``lengths`` (k,) [m] and ``stiffness`` (k,) [N]."""
+    """The segments (k, 2) of ``vertices`` with their rest ``lengths`` (k,) [m] and ``stiffness`` (k,) [N];
+    ``tables`` takes their fields."""
 
-    def __init__(self, vertices: np.ndarray, lengths: np.ndarray, stiffness: np.ndarray, nv: int, x):
+    def __init__(self, tables: fields.Tables, vertices: np.ndarray, lengths: np.ndarray, stiffness: np.ndarray, x):
         self.count, self.x = len(vertices), x
-        self.vertex = fields.vectors(vertices.reshape(-1, 2))
-        self.length, self.stiffness = fields.scalars(lengths), fields.scalars(stiffness)
-        start, order = fields.group(vertices.ravel(), nv)
-        self.end_start, self.end = fields.scalars(start), fields.scalars(order)
+        self.vertex = tables.vectors(vertices)
+        self.length, self.stiffness = tables.scalars(lengths), tables.scalars(stiffness)
+        start, order = fields.group(vertices.ravel(), x.shape[0])
+        self.end_start, self.end = tables.scalars(start), tables.scalars(order)
 
     @ti.func
     def _strain(self, k: int):

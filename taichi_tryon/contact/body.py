@@ -42,9 +42,10 @@ class BodyContact:
         self.samples = samples
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
-        self.vertex = fields.vectors(samples.vertices)
-        self.weight = fields.vectors(samples.weights)
-        self.area = fields.scalars(samples.areas)
+        tables = fields.Tables()
+        self.vertex = tables.vectors(samples.vertices)
+        self.weight = tables.vectors(samples.weights)
+        self.area = tables.scalars(samples.areas)
         self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
@@ -54,7 +55,8 @@ class BodyContact:
         self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
-        self.entry_start, self.entry = fields.scalars(start), fields.scalars(entries[order])
+        self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
+        tables.fill()
         self.sums = ti.field(ti.f64, shape=fields.CHUNKS)
 
     @ti.func

@@ -12,7 +12,9 @@ class Probe:
 
     def __init__(self, triangles: np.ndarray, body, x):
         self.count, self.body, self.x = len(triangles), body, x
-        self.triangle = fields.vectors(triangles)
+        tables = fields.Tables()
+        self.triangle = tables.vectors(triangles)
+        tables.fill()
         self.depth = ti.field(float, shape=self.count)
         self.gap = ti.field(float, shape=x.shape[0])
         self.inside, self.samples = (ti.field(ti.i32, shape=self.count) for _ in range(2))

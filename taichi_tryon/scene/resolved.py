@@ -10,7 +10,7 @@ from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.scene.yaml_source import FLOAT
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
     """Quotes texts that our reader, unlike PyYAML's, would take for numbers."""
 
     def ignore_aliases(self, data: Any) -> bool:

@@ -68,8 +68,9 @@ class CoarseSpace:
         used, ids = np.unique(ids, return_inverse=True)
         ids = ids.reshape(weights.shape)
         self.node_count = len(used)
-        self.node = fields.vectors(ids)
-        self.weight = fields.vectors(weights)
+        tables = fields.Tables()
+        self.node = tables.vectors(ids)
+        self.weight = tables.vectors(weights)
         self.filter = ti.Matrix.field(3, 3, float, shape=self.nv)
         self.center = ti.Vector.field(3, float, shape=self.node_count)
         self.reach = ti.field(float, shape=())
@@ -78,16 +79,17 @@ class CoarseSpace:
         self.restricted, self.corrected = (ti.field(float, shape=self.size) for _ in range(2))
         self.entries = ti.field(ti.f32, shape=(self.size, self.size))
         self.blas = ThreadpoolController()
-        self._support(ids, weights)
-        self._pattern(ids, weights)
+        self._support(ids, weights, tables)
+        self._pattern(ids, weights, tables)
+        tables.fill()
 
-    def _support(self, ids, weights):
+    def _support(self, ids, weights, tables):
         """Table of the vertices under each node's hat, as vertex * NEAREST + slot."""
         held = np.flatnonzero(weights.ravel() > 0)
         start, order = fields.group(ids.ravel()[held], self.node_count)
-        self.support_start, self.support = fields.scalars(start), fields.scalars(held[order])
+        self.support_start, self.support = tables.scalars(start), tables.scalars(held[order])
 
-    def _pattern(self, ids, weights):
+    def _pattern(self, ids, weights, tables):
         """Where A P has blocks (row, node), and which of them make up each block of E."""
         nv, nodes = self.nv, self.node_count
         hats = sp.csr_matrix((weights.ravel() > 0, (np.repeat(np.arange(nv), NEAREST), ids.ravel())), shape=(nv, nodes))
@@ -104,9 +106,9 @@ class CoarseSpace:
             found = np.searchsorted(slot_key, keys)
             return np.where(weights[columns] > 0, found, -1)
 
-        self.slot_start = fields.scalars(product.indptr)
-        self.block_slot = fields.vectors(slots(rows, columns))
-        self.diagonal_slot = fields.vectors(slots(np.arange(nv), np.arange(nv)))
+        self.slot_start = tables.scalars(product.indptr)
+        self.block_slot = tables.vectors(slots(rows, columns))
+        self.diagonal_slot = tables.vectors(slots(np.arange(nv), np.arange(nv)))
         self.shift, self.turn = (ti.Matrix.field(3, 3, float, shape=len(slot_row)) for _ in range(2))
 
         # E[I, J] gathers vertex i in hat I over slot (i, J); only I <= J
@@ -121,9 +123,9 @@ class CoarseSpace:
         keys, pair = np.unique(key, return_inverse=True)
         start, order = fields.group(pair, len(keys))
         self.pair_count = len(keys)
-        self.pair_row, self.pair_column = fields.scalars(keys // nodes), fields.scalars(keys % nodes)
-        self.pair_start = fields.scalars(start)
-        self.pair_hat, self.pair_slot = fields.scalars(hat[order]), fields.scalars(slot[order])
+        self.pair_row, self.pair_column = tables.scalars(keys // nodes), tables.scalars(keys % nodes)
+        self.pair_start = tables.scalars(start)
+        self.pair_hat, self.pair_slot = tables.scalars(hat[order]), tables.scalars(slot[order])
 
     @ti.kernel
     def _gather(self, mean_diagonal: float):
@@ -159,8 +161,9 @@ class CoarseSpace:
                 ab += turn
                 ba += arm @ shift
                 bb += arm @ turn
-            for r in ti.static(range(3)):
-                for c in ti.static(range(3)):
+            # loops at run time: unrolled, they would be most of what Taichi has to read
+            for r in range(3):
+                for c in range(3):
                     self._put(6 * row + r, 6 * column + c, aa[r, c])
                     self._put(6 * row + r, 6 * column + 3 + c, ab[r, c])
                     self._put(6 * row + 3 + r, 6 * column + c, ba[r, c])

@@ -72,13 +72,15 @@ class ImplicitStep:
         self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
         )
-        fields.upload(self.x, positions)
-        self.mass = fields.scalars(cloth.masses)
-        self.free = fields.scalars(np.ones(self.nv, int) if free is None else np.asarray(free, int))
+        tables = fields.Tables()
+        tables.set(self.x, positions)
+        self.mass = tables.scalars(cloth.masses)
+        self.free = tables.scalars(np.ones(self.nv, int) if free is None else np.asarray(free, int))
         self.gravity = ti.Vector.field(3, float, shape=())
         self.gravity[None] = gravity
         # share of its weight that each vertex bears
-        self.bears = fields.scalars(np.ones(self.nv))
+        self.bears = tables.scalars(np.ones(self.nv))
+        tables.fill()
         held = np.zeros(self.nv, bool) if free is None else ~np.asarray(free, bool)
         self.weight = float(np.linalg.norm(gravity) * np.linalg.norm(cloth.masses[~held])) or 1.0
         self.elastic = Elastic(cloth, self.x)

@@ -18,10 +18,8 @@ class Matrix:
     def __init__(self, elastic, contact, mass, free):
         self.elastic, self.contact_law, self.mass, self.free = elastic, contact, mass, free
         self.nv = mass.shape[0]
-        triangles = elastic.triangle.to_numpy()
-        hinges = elastic.hinge.to_numpy()
-        samples, weights = contact.vertex.to_numpy(), contact.weight.to_numpy()
-        tapes = elastic.tapes.vertex.to_numpy()[: elastic.tapes.count]
+        triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
+        samples, weights = contact.samples.vertices, contact.samples.weights
         inner = np.flatnonzero(hinges[:, 3] >= 0)
         low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
         for table, owners, width, label in (
@@ -35,15 +33,16 @@ class Matrix:
         ):
             more = _pairs(table, owners, width, label, base=3 if label != 1 else 4)
             low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
+        tables = fields.Tables()
         keys, pair = np.unique(low.astype(np.int64) * self.nv + high, return_inverse=True)
         i, j = keys // self.nv, keys % self.nv
         self.pair_count = len(keys)
-        self.pair_i, self.pair_j = fields.scalars(i), fields.scalars(j)
+        self.pair_i, self.pair_j = tables.scalars(i), tables.scalars(j)
         self._gather = []
         for label in range(4):
             chosen = kind == label
             start, order = fields.group(pair[chosen], self.pair_count)
-            self._gather.append((fields.scalars(start), fields.scalars(code[chosen][order])))
+            self._gather.append((tables.scalars(start), tables.scalars(code[chosen][order])))
         (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
         self.sample_start, self.sample_code = self._gather[2]
         self.tape_start, self.tape_code = self._gather[3]
@@ -53,9 +52,10 @@ class Matrix:
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         self.rows, self.columns = rows[order], columns[order]
-        self.place_ij, self.place_ji = (fields.scalars(part) for part in np.split(place, 2))
-        self.row_start = fields.scalars(fields.group(rows, self.nv)[0])
-        self.column = fields.scalars(self.columns)
+        self.place_ij, self.place_ji = (tables.scalars(part) for part in np.split(place, 2))
+        self.row_start = tables.scalars(fields.group(rows, self.nv)[0])
+        self.column = tables.scalars(self.columns)
+        tables.fill()
         self.block = ti.Matrix.field(3, 3, ti.f32, shape=len(self.columns))
         self.diagonal, self.contact = (ti.Matrix.field(3, 3, ti.f32, shape=self.nv) for _ in range(2))
         self.stiffness = ti.field(float, shape=self.nv)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
+from taichi_tryon import fields
 from taichi_tryon.cloth.tape import Tapes
 
 POINTS = np.array([[0.0, 0.0, 0.0], [0.012, 0.0, 0.001], [0.025, 0.002, 0.0]])
@@ -15,7 +16,9 @@ LENGTHS, STIFFNESS = np.array([0.011, 0.014]), np.array([100.0, 60.0])
 class Probe:
     def __init__(self):
         self.x = ti.Vector.field(3, float, shape=3)
-        self.tapes = Tapes(VERTICES, LENGTHS, STIFFNESS, 3, self.x)
+        tables = fields.Tables()
+        self.tapes = Tapes(tables, VERTICES, LENGTHS, STIFFNESS, self.x)
+        tables.fill()
         self.force = ti.Vector.field(3, float, shape=3)
         self.energy, self.block = ti.field(float, shape=2), ti.Matrix.field(3, 3, float, shape=2)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from taichi_tryon import fields
 from taichi_tryon.cloth.elastic import Elastic
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.contact.samples import Samples
 from taichi_tryon.solver.coarse import NEAREST, SHIFT, CoarseSpace, spread
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
@@ -64,7 +64,7 @@ class Air:
     """A contact law that never touches anything."""
 
     def __init__(self):
-        self.vertex, self.weight = fields.vectors(np.zeros((1, 3), int)), fields.vectors(np.array([[1.0, 0, 0]]))
+        self.samples = Samples(np.zeros((1, 3), int), np.array([[1.0, 0, 0]]), np.zeros(1))
 
     @ti.func
     def block(self, s: int, a: int, b: int):
