@@ -229,10 +229,11 @@ class Elastic:
         return total
 
     @ti.func
-    def membrane_block(self, t: int, i: int, j: int, inverse_dt: float):
-        """Positive semi-definite Hessian block of triangle t's corners i and j."""
+    def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
+        """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
-        block = membrane.hessian(c, self.tension[t], self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
+        tension = self.stress[t] if exact == 1 else self.tension[t]
+        block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
 
     @ti.func

@@ -10,7 +10,6 @@ Baraff and Witkin 1998.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
@@ -24,44 +23,15 @@ from taichi_tryon.solver import schemes
 from taichi_tryon.solver.coarse import CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
+from taichi_tryon.solver.settings import StepResult, StepSettings
 
 # the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
 LEAST_SHARE, TOLERATED = 1 / 64, 0.01
+# below this residual the cloth is so near the solution that the membrane's Hessian is taken as it is, compression and
+# all: without it, wrinkles are stiffer in the matrix than in truth and take three times as many iterations
+EXACT_BELOW = 1e-3
 # Newton iterations that share a coarse space
 REFRESH = 2
-
-
-@dataclass(frozen=True)
-class StepSettings:
-    """What a step may cost and how exact it is.
-
-    tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
-    residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
-    jumps through a limb.
-    """
-
-    tolerance: float
-    max_newton_iterations: int
-    linear_tolerance: float
-    max_linear_iterations: int
-    longest_move: float
-    preconditioner: str = "coarse"
-    scheme: str = "backward_euler"
-
-
-@dataclass(frozen=True)
-class StepResult:
-    """How a step went. ``residual`` is the out-of-balance force over the weight that was left; ``moved`` [m] the
-    farthest that any vertex went; ``error`` [m] the estimated local error, where it was limited, and ``change``
-    the factor to the length of the step that is advised for the next one, or for another attempt."""
-
-    accepted: bool
-    newton_iterations: int
-    linear_iterations: int
-    residual: float
-    moved: float
-    error: float
-    change: float
 
 
 @ti.data_oriented
@@ -161,11 +131,8 @@ class ImplicitStep:
         progress = False
         while newton < s.max_newton_iterations:
             before = self._potential(inverse_dt)
-            self.matrix.assemble(inverse_dt)
-            iterations, _ = self.linear.solve(
-                s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=newton % REFRESH == 0
-            )
-            newton, linear = newton + 1, linear + iterations
+            linear += self._solve_linear(inverse_dt, residual < EXACT_BELOW, refresh=newton % REFRESH == 0)
+            newton += 1
             share = self._search(before, inverse_dt)
             if share == 0.0:
                 break
@@ -175,6 +142,15 @@ class ImplicitStep:
             if residual <= s.tolerance:
                 break
         return bool(np.isfinite(residual) and (progress or residual <= s.tolerance)), newton, linear, residual
+
+    def _solve_linear(self, inverse_dt: float, exact: bool, refresh: bool) -> int:
+        """Newton's direction d, with the exact Hessian of the membrane where that works; the iterations it took."""
+        s = self.settings
+        self.matrix.assemble(inverse_dt, exact)
+        iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh)
+        if exact and self.linear.indefinite[None] == 1:
+            return iterations + self._solve_linear(inverse_dt, exact=False, refresh=True)
+        return iterations
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
