@@ -27,8 +27,8 @@ from taichi_tryon.solver.settings import StepResult, StepSettings
 
 # the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
 LEAST_SHARE, TOLERATED = 1 / 64, 0.01
-# below this residual the cloth is so near the solution that the membrane's Hessian is taken as it is, compression and
-# all: without it, wrinkles are stiffer in the matrix than in truth and take three times as many iterations
+# below this residual, where a step is to be solved further, the membrane's Hessian is taken as it is, compression and
+# all: without it, wrinkles are stiffer in the matrix than in truth and take twice as many iterations
 EXACT_BELOW = 1e-3
 # Newton iterations that share a coarse space
 REFRESH = 2
@@ -131,7 +131,8 @@ class ImplicitStep:
         progress = False
         while newton < s.max_newton_iterations:
             before = self._potential(inverse_dt)
-            linear += self._solve_linear(inverse_dt, residual < EXACT_BELOW, refresh=newton % REFRESH == 0)
+            exact = max(residual, s.tolerance) < EXACT_BELOW
+            linear += self._solve_linear(inverse_dt, exact, refresh=newton % REFRESH == 0)
             newton += 1
             share = self._search(before, inverse_dt)
             if share == 0.0:
