@@ -18,8 +18,6 @@ PHASES = ("dress", "drape", "move", "settle")
 DRESSED_MOVE, DRESS_STEPS = 1e-3, 60
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
-# a rejected step is tried again with this share of it; after an accepted one the step grows again
-SHRINK, GROW = 0.5, 1.5
 # the longest step of settling [s], where there is no inertia left to follow
 LONGEST_SETTLING_STEP = 1.0
 
@@ -61,6 +59,7 @@ class Simulation:
             max_linear_iterations=solver.max_linear_iterations,
             longest_move=solver.longest_move_mm * MM,
             preconditioner=solver.preconditioner,
+            scheme=solver.scheme,
         )
         self._settling = replace(
             self._moving,
@@ -116,7 +115,6 @@ class Simulation:
         p = self.progress
         while not self._try_step():
             p.rejected += 1
-            p.dt *= SHRINK
             if p.dt < self.scene.solver.min_step_s:
                 raise RunError(
                     f"no step longer than solver.min_step_s = {self.scene.solver.min_step_s:g} s lowers the energy, "
@@ -135,23 +133,32 @@ class Simulation:
         if p.phase == "move":
             dt = min(dt, max(self.setup.motion.end_time - p.phase_time, 1e-6))
             dt = self._body_step(p.phase_time, dt)
-            self.transforms = self.setup.motion.transforms(p.phase_time + dt)
+
+        def pose(share: float) -> None:
+            self.transforms = self.setup.motion.transforms(p.phase_time + share * dt)
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
+
+        error_mm = self.scene.solver.error_mm
+        limited = error_mm is not None and not still and dt > self.scene.solver.min_step_s
+        limit = error_mm * MM if limited else np.inf
         with self.clock("solve"):
-            result = self.stepper.step(dt, inertia=0.0 if still else 1.0, body_moves=p.phase == "move")
+            moving = pose if p.phase == "move" else None
+            result = self.stepper.step(dt, inertia=0.0 if still else 1.0, pose=moving, error_limit=limit)
         p.newton_iterations += result.newton_iterations
         p.linear_iterations += result.linear_iterations
         if not result.accepted:
             self.transforms = before
             self.field.set_pose(before)
+            least = self.scene.solver.min_step_s if result.error > limit else 0.0
+            p.dt = max(p.dt * result.change, least)
             return False
         p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
         # the long steps of settling are no time that passes
         p.time, p.phase_time = p.time + min(dt, self.scene.solver.step_s), p.phase_time + dt
         p.moved = result.moved
         longest = LONGEST_SETTLING_STEP if p.phase == "settle" else self.scene.solver.step_s
-        p.dt = min(p.dt * GROW, longest)
+        p.dt = min(max(p.dt * result.change, self.scene.solver.min_step_s), longest)
         return True
 
     def _set_forces(self) -> None:
@@ -172,7 +179,7 @@ class Simulation:
             then = self.setup.body.posed(self.setup.motion.transforms(start + dt)).centers
             if np.linalg.norm(then - now, axis=1).max() <= BODY_MOVE:
                 break
-            dt *= SHRINK
+            dt *= 0.5
         return dt
 
     def _phase_over(self) -> bool:

@@ -1,6 +1,7 @@
 """The course of a simulation: its phases, its clock, its state, and what it does when no step can be done."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,30 @@ def test_the_drape_lasts_as_long_as_asked(course):
     assert (np.diff(times) > 0).all()
     first, last = (next(i for i, row in enumerate(course) if row[1] == phase) for phase in ("drape", "settle"))
     assert times[last] - times[first] == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
+def test_steps_are_as_short_as_the_local_error_asks(simulation, begin, monkeypatch, scheme):
+    limit, step, tried = 0.2, simulation.stepper.step, []
+    solver = simulation.scene.solver.model_copy(update={"error_mm": limit})
+    monkeypatch.setattr(simulation, "scene", simulation.scene.model_copy(update={"solver": solver}))
+    monkeypatch.setattr(simulation, "_moving", replace(simulation._moving, scheme=scheme))
+
+    def spy(dt, **how):
+        tried.append((simulation.progress.phase, dt, step(dt, **how)))
+        return tried[-1][2]
+
+    monkeypatch.setattr(simulation.stepper, "step", spy)
+    simulation.restore(begin)
+    while simulation.progress.phase in ("dress", "drape"):
+        simulation.advance()
+    drape = [(dt, result) for phase, dt, result in tried if phase == "drape"]
+    done = [(dt, result.error) for dt, result in drape if result.accepted]
+    lengths, errors = np.array(done).T
+    print(f"{scheme}: {len(done)} steps of {1e3 * lengths.min():.2g} to {1e3 * lengths.max():.2g} ms")
+    assert len(drape) > len(done)  # the first attempts were too long
+    assert lengths.sum() == pytest.approx(0.1)
+    assert (errors <= limit * 1e-3).all() and np.median(errors) > 0.2 * limit * 1e-3
 
 
 def test_it_ends_in_equilibrium_outside_the_body(simulation, course):

@@ -2,7 +2,8 @@
 
 ``evaluate`` fills what forces and Hessian blocks are made of; forces are gathered at the vertices, so that no two
 threads write to one place and every run gives the same bits. Internal friction enters through the strain and hinge
-angles at the start of a step: stress = C (E + tau (E - E_start) / dt).
+angles from which the time integration counts their rate: stress = C (E + tau (E - E_ref) / dt), where E_ref is the
+strain at the start of the step in backward Euler, and what ``begin_stage`` makes of it in other schemes.
 """
 
 import numpy as np
@@ -36,7 +37,9 @@ class Elastic:
         self.stretch = tables.vectors(cloth.stretch)
         self.tau = tables.scalars(cloth.damping_time)
         self.f1, self.f2, self.stress = (ti.Vector.field(3, float, shape=nt) for _ in range(3))
-        self.tension, self.strain, self.strain_start = (ti.Vector.field(3, float, shape=nt) for _ in range(3))
+        self.tension, self.strain, self.strain_start, self.strain_ref = (
+            ti.Vector.field(3, float, shape=nt) for _ in range(4)
+        )
 
         self.hinge = tables.vectors(cloth.hinges)
         self.hinge_triangle = tables.vectors(cloth.hinge_triangles)
@@ -44,7 +47,7 @@ class Elastic:
         self.edge_sign = tables.vectors(cloth.edge_signs)
         self.stiffness = tables.matrices(cloth.edge_stiffness)
         self._hinge_constants(cloth, tables)
-        self.angle, self.angle_start, self.moment = (ti.field(float, shape=ne) for _ in range(3))
+        self.angle, self.angle_start, self.angle_ref, self.moment = (ti.field(float, shape=ne) for _ in range(4))
         self.slope = ti.Vector.field(3, float, shape=(ne, 4))
         self.rotation = ti.field(float, shape=(2, ne))
         self.rotation_step = ti.field(float, shape=ne)
@@ -109,14 +112,44 @@ class Elastic:
             theta = bending.hinge_angle(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]])
         return theta
 
+    @ti.func
+    def _hinge_gradient(self, e: int):
+        h, least = self.hinge[e], self.least_height[e]
+        return bending.hinge_gradient(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]], least[0], least[1])
+
     @ti.kernel
     def begin_step(self):
         """Remember strain and hinge angles: internal friction acts on the change since here."""
         for t in range(self.nt):
             _, _, e = self._triangle_strain(t)
-            self.strain_start[t] = e
+            self.strain_start[t], self.strain_ref[t] = e, e
         for e in range(self.ne):
-            self.angle_start[e] = self._hinge_angle(e)
+            theta = self._hinge_angle(e)
+            self.angle_start[e], self.angle_ref[e] = theta, theta
+
+    @ti.kernel
+    def begin_stage(self, v: ti.template(), ahead: float, beyond: float):
+        """Count strain rates as a stage of ``solver.schemes`` counts velocities: from the start of the step on,
+        ``ahead`` [s] along its rates (``v`` the velocities [m/s]) and by the share ``beyond`` of the way to here."""
+        for t in range(self.nt):
+            f1, f2, e = self._triangle_strain(t)
+            a, b, c = v[self.triangle[t][0]], v[self.triangle[t][1]], v[self.triangle[t][2]]
+            rate = membrane.strain_rate(
+                f1,
+                f2,
+                (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0],
+                (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1],
+            )
+            self.strain_ref[t] = self.strain_start[t] + ahead * rate + beyond * (e - self.strain_start[t])
+        for e in range(self.ne):
+            h = self.hinge[e]
+            if h[3] >= 0:
+                slope = self._hinge_gradient(e)
+                rate = ti.cast(0.0, float)
+                for k in ti.static(range(4)):
+                    rate += ti.Vector([slope[k, 0], slope[k, 1], slope[k, 2]]).dot(v[h[k]])
+                change = self._hinge_angle(e) - self.angle_start[e]
+                self.angle_ref[e] = self.angle_start[e] + ahead * rate + beyond * change
 
     @ti.func
     def _edge_angles(self, t: int, buffer: int):
@@ -151,16 +184,15 @@ class Elastic:
         for t in range(self.nt):
             f1, f2, e = self._triangle_strain(t)
             s = membrane.stress(self.stretch[t], e)
-            drag = membrane.stress(self.stretch[t], e - self.strain_start[t]) * (self.tau[t] * inverse_dt)
+            drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
             self.stress[t] = s + drag
             self.tension[t] = membrane.tension_only(s + drag)
         for e in range(self.ne):
             h = self.hinge[e]
             if h[3] >= 0:
-                a, b, c, d = self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]]
-                self.angle[e] = bending.hinge_angle(a, b, c, d)
-                g = bending.hinge_gradient(a, b, c, d, self.least_height[e][0], self.least_height[e][1])
+                self.angle[e] = self._hinge_angle(e)
+                g = self._hinge_gradient(e)
                 for k in ti.static(range(4)):
                     self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
 
@@ -186,7 +218,7 @@ class Elastic:
                 for side in range(2):
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
                     total += 0.5 * moment
-                rate = self.hinge_tau[e] * inverse_dt * (self.angle[e] - self.angle_start[e])
+                rate = self.hinge_tau[e] * inverse_dt * (self.angle[e] - self.angle_ref[e])
                 self.moment[e] = total + self.hinge_stiffness[e] * rate
 
     @ti.func
@@ -205,10 +237,11 @@ class Elastic:
         return total
 
     @ti.func
-    def membrane_block(self, t: int, i: int, j: int, inverse_dt: float):
-        """Positive semi-definite Hessian block of triangle t's corners i and j."""
+    def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
+        """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
-        block = membrane.hessian(c, self.tension[t], self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
+        tension = self.stress[t] if exact == 1 else self.tension[t]
+        block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
 
     @ti.func
@@ -224,7 +257,7 @@ class Elastic:
             total = ti.Vector([0.0, 0.0, 0.0, 0.0], ti.f64)
             for t in range(first + low, first + high):
                 e, c = self.strain[t], self.stretch[t]
-                change = e - self.strain_start[t]
+                change = e - self.strain_ref[t]
                 drag = 0.5 * self.tau[t] * inverse_dt * change.dot(membrane.stress(c, change))
                 alpha = self._edge_angles(t, 0)
                 stretch = 0.5 * (c[0] * e[0] * e[0] + c[1] * e[1] * e[1] + 2.0 * c[2] * e[0] * e[1])
@@ -243,7 +276,7 @@ class Elastic:
                         total[0] += self.tapes.energy(k)
             low, high = fields.chunk_bounds(chunk, self.ne)
             for e in range(low, high):
-                change = self.angle[e] - self.angle_start[e]
+                change = self.angle[e] - self.angle_ref[e]
                 total[3] += 0.5 * self.hinge_stiffness[e] * self.hinge_tau[e] * inverse_dt * change * change
             self.sums[chunk] = total
 

@@ -17,6 +17,12 @@ def strain(f1, f2):
 
 
 @ti.func
+def strain_rate(f1, f2, rate1, rate2):
+    """Rate of the Green strain [1/s] where the columns of F change at ``rate1`` and ``rate2`` [1/s]."""
+    return ti.Vector([f1.dot(rate1), f2.dot(rate2), f1.dot(rate2) + f2.dot(rate1)])
+
+
+@ti.func
 def stress(stretch, e):
     """Second Piola-Kirchhoff stress (S11, S22, S12) [N/m] of the strain (E11, E22, 2 E12)."""
     return ti.Vector([stretch[0] * e[0] + stretch[2] * e[1], stretch[2] * e[0] + stretch[1] * e[1], stretch[3] * e[2]])

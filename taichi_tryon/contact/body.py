@@ -100,12 +100,13 @@ class BodyContact:
         self.hold[s] = self._steepness(s) * self.area[s] * normal_part + hold
 
     @ti.kernel
-    def carry(self):
-        """Take the cloth along with a body that has moved, the less the further it is off: from there Newton's method
-        finds contact and friction as they were, instead of a body that has run into the cloth."""
+    def carry(self, part: float):
+        """Take the cloth along with a body that has moved (by ``part`` of its motion since the start of the step), the
+        less the further it is off: from there Newton's method finds contact and friction as they were, instead of a
+        body that has run into the cloth."""
         for i in range(self.nv):
             gap, _, winner = self.body.gap_within(self.x[i], 0.0)
-            share = ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
+            share = part * ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
             if share > 0.0:
                 self.x[i] += share * self.body.motion(self.x[i], winner)
 

@@ -68,6 +68,18 @@ class SolverSpec(Spec):
 
     step_s: float = Field(1 / 60, gt=0, le=0.1, description="time step, where nothing asks for a smaller one")
     min_step_s: float = Field(1e-5, gt=0, le=0.1, description="smaller steps are not tried: the run fails")
+    scheme: Literal["backward_euler", "tr_bdf2"] = Field(
+        "backward_euler",
+        description="time integration of drape and motion; backward_euler: first order, damps much; tr_bdf2: second "
+        "order, two solves a step",
+    )
+    error_mm: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="steps of drape and motion are as long as keeps their estimated local error (root mean square over "
+        "the mass) below this, and no longer than step_s; null: step_s",
+    )
     max_newton_iterations: int = Field(
         2, ge=1, le=200, description="Newton iterations a step, twice as many while settling; 1: linearly implicit"
     )

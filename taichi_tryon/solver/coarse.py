@@ -17,6 +17,8 @@ from threadpoolctl import ThreadpoolController
 from taichi_tryon import fields
 
 MODES = 6
+# vertices of the cloth per node, and the greatest number of nodes: E is dense
+VERTICES_PER_NODE, MOST_NODES = 50, 160
 # hats that overlap at a vertex: the weights of the nearest nodes are kept
 NEAREST = 4
 # share of the diagonal added to E: overlapping rigid motions are nearly dependent
@@ -62,6 +64,17 @@ def spread(edges: np.ndarray, lengths: np.ndarray, vertex_count: int, node_count
 @ti.data_oriented
 class CoarseSpace:
     """The coarse part of the preconditioner for a Matrix over vertices at ``x``."""
+
+    @staticmethod
+    def over(cloth, matrix, x) -> "tuple[CoarseSpace, float]":
+        """The coarse space of a Cloth, and the distance [m] between its nodes."""
+        # rest lengths of the triangles' sides, from the hats' gradients: |e_k| = 2 A |g_k|
+        sides = 2 * cloth.areas[:, None] * np.linalg.norm(cloth.gradients, axis=2)
+        lengths = np.zeros(len(cloth.hinges))
+        lengths[cloth.triangle_edges.ravel()] = sides.ravel()
+        nodes = int(np.clip(cloth.vertex_count // VERTICES_PER_NODE, 1, MOST_NODES))
+        ids, weights = spread(cloth.hinges[:, :2], lengths, cloth.vertex_count, nodes)
+        return CoarseSpace(matrix, x, ids, weights), float(np.sqrt(cloth.areas.sum() / nodes))
 
     def __init__(self, matrix, x, ids: np.ndarray, weights: np.ndarray):
         self.matrix, self.x, self.nv = matrix, x, len(ids)

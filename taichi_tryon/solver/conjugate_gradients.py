@@ -14,7 +14,8 @@ class ConjugateGradients:
     """Solves A d = b in the variant of Chronopoulos and Gear 1989, starting from d = 0.
 
     The preconditioner is block-Jacobi, plus a coarse space where one is given. It stops on the preconditioned norm
-    sqrt(r^T z) relative to that of b: the plain residual rises long before the error falls.
+    sqrt(r^T z) relative to that of b: the plain residual rises long before the error falls. Where the matrix turns out
+    not to be positive definite it stops too, and ``indefinite`` is 1.
     """
 
     def __init__(self, matrix, coarse=None):
@@ -27,7 +28,7 @@ class ConjugateGradients:
         self.partial = ti.Vector.field(2, ti.f64, shape=fields.CHUNKS)
         # gamma = r.z, and what follows from it
         self.gamma, self.gamma_start, self.beta, self.step = (ti.field(ti.f64, shape=()) for _ in range(4))
-        self.going = ti.field(ti.i32, shape=())
+        self.going, self.indefinite = (ti.field(ti.i32, shape=()) for _ in range(2))
         self.stiffness_sum = ti.field(ti.f64, shape=fields.CHUNKS)
 
     @ti.kernel
@@ -45,7 +46,7 @@ class ConjugateGradients:
                 total += self.matrix.stiffness[i]
             self.stiffness_sum[chunk] = total
         self.gamma_start[None] = 0.0
-        self.going[None] = 1
+        self.going[None], self.indefinite[None] = 1, 0
 
     @ti.kernel
     def _iterate(self, tolerance: float):
@@ -77,6 +78,8 @@ class ConjugateGradients:
                 self.gamma_start[None] = gamma
             beta = 0.0 if first else gamma / last
             curvature = dots[1] if first else dots[1] - beta * gamma / self.step[None]
+            if self.going[None] == 1 and (curvature < 0.0 or gamma < 0.0):
+                self.indefinite[None] = 1
             if not (curvature > 0.0 and gamma > tolerance * tolerance * self.gamma_start[None]):
                 self.going[None] = 0
             if self.going[None] == 1:

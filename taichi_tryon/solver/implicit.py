@@ -1,15 +1,15 @@
-"""The semi-implicit step: backward Euler, linearised, iterated where one linear solve is not enough.
+"""The implicit step: backward Euler, linearised and iterated where one linear solve is not enough, or TR-BDF2.
 
-Each step minimises the incremental potential
+Each stage of a step (see ``schemes``; backward Euler has one, with dt = H) minimises the incremental potential
 
-    Phi(x) = |x - x_hat|_M^2 / (2 dt^2) + E_elastic(x) + E_contact(x) - m g.x,   x_hat = x_n + dt v_n,
+    Phi(x) = |x - x_hat|_M^2 / (2 dt^2) + E_elastic(x) + E_contact(x) - m g.x,   x_hat = x_ref + dt v_ref,
 
 by Newton's method: (M / dt^2 + H) d = -grad Phi, H made positive semi-definite block by block, and a line search on Phi
 that costs nothing where the full step lowers it. The first iteration alone is the linearly implicit Euler step of
 Baraff and Witkin 1998.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import taichi as ti
@@ -19,45 +19,19 @@ from taichi_tryon.cloth.elastic import Elastic
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.samples import Samples
-from taichi_tryon.solver import coarse as coarse_space
+from taichi_tryon.solver import schemes
+from taichi_tryon.solver.coarse import CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
+from taichi_tryon.solver.settings import StepResult, StepSettings
 
-# vertices of the cloth per node of the coarse space, and its greatest size: E is dense
-VERTICES_PER_NODE, MOST_NODES = 50, 160
 # the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
 LEAST_SHARE, TOLERATED = 1 / 64, 0.01
+# below this residual, where a step is to be solved further, the membrane's Hessian is taken as it is, compression and
+# all: without it, wrinkles are stiffer in the matrix than in truth and take twice as many iterations
+EXACT_BELOW = 1e-3
 # Newton iterations that share a coarse space
 REFRESH = 2
-
-
-@dataclass(frozen=True)
-class StepSettings:
-    """What a step may cost and how exact it is.
-
-    tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
-    residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
-    jumps through a limb.
-    """
-
-    tolerance: float
-    max_newton_iterations: int
-    linear_tolerance: float
-    max_linear_iterations: int
-    longest_move: float
-    preconditioner: str = "coarse"
-
-
-@dataclass(frozen=True)
-class StepResult:
-    """How a step went. ``residual`` is the out-of-balance force over the weight that was left; ``moved`` [m] the
-    farthest that any vertex went."""
-
-    accepted: bool
-    newton_iterations: int
-    linear_iterations: int
-    residual: float
-    moved: float
 
 
 @ti.data_oriented
@@ -69,9 +43,13 @@ class ImplicitStep:
     ):
         """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv,), False where held."""
         self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
-        self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
-            ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
+        self.x, self.v, self.a, self.x_start, self.x_hat, self.x_base, self.force = (
+            ti.Vector.field(3, float, shape=self.nv) for _ in range(7)
         )
+        # of the stage that is solved, and the velocity at which the one before ended: see schemes
+        self.x_ref, self.v_ref, self.v_stage = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
+        # after a step without inertia, ``a`` says nothing
+        self.acceleration_known = False
         tables = fields.Tables()
         tables.set(self.x, positions)
         self.mass = tables.scalars(cloth.masses)
@@ -89,42 +67,75 @@ class ImplicitStep:
         self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free)
         self.coarse, self.reach = None, 1.0
         if settings.preconditioner == "coarse":
-            self.coarse, self.reach = self._coarse_space(cloth)
+            self.coarse, self.reach = CoarseSpace.over(cloth, self.matrix, self.x)
         self.linear = ConjugateGradients(self.matrix, self.coarse)
         self.sums = ti.Vector.field(4, ti.f64, shape=fields.CHUNKS)
         self.peaks = ti.field(ti.f64, shape=fields.CHUNKS)
 
-    def _coarse_space(self, cloth: Cloth):
-        # rest lengths of the triangles' sides, from the hats' gradients: |e_k| = 2 A |g_k|
-        sides = 2 * cloth.areas[:, None] * np.linalg.norm(cloth.gradients, axis=2)
-        lengths = np.zeros(len(cloth.hinges))
-        lengths[cloth.triangle_edges.ravel()] = sides.ravel()
-        nodes = int(np.clip(self.nv // VERTICES_PER_NODE, 1, MOST_NODES))
-        ids, weights = coarse_space.spread(cloth.hinges[:, :2], lengths, self.nv, nodes)
-        reach = float(np.sqrt(cloth.areas.sum() / nodes))
-        return coarse_space.CoarseSpace(self.matrix, self.x, ids, weights), reach
-
     # -- one step -------------------------------------------------------------------------------------------------
 
-    def step(self, dt: float, inertia: float = 1.0, body_moves: bool = False) -> StepResult:
-        """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was. ``inertia`` 0: from rest."""
-        s, inverse_dt = self.settings, 1.0 / dt
-        self._begin(dt * inertia)
+    def step(
+        self,
+        dt: float,
+        inertia: float = 1.0,
+        pose: Callable[[float], None] | None = None,
+        error_limit: float = np.inf,
+    ) -> StepResult:
+        """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was.
+
+        inertia 0: from rest, by backward Euler. pose: puts a moving body where it is after that share of the step.
+        error_limit [m]: the step fails where its local error is estimated to be greater.
+        """
+        scheme = self._scheme(inertia)
+        self._begin()
         self.elastic.begin_step()
-        if body_moves:
-            self.contact.carry()
+        newton = linear = 0
+        since, solved, residual = 0.0, True, 0.0
+        for stage in scheme.stages:
+            h, part = stage.h * dt, stage.end - since
+            self._begin_stage(stage.ahead * dt, stage.beyond, h, inertia)
+            if stage.ahead + stage.beyond > 0.0:
+                self.elastic.begin_stage(self.v, stage.ahead * dt, stage.beyond)
+            if pose is not None:
+                pose(stage.end)
+                self.contact.carry(part / stage.end)
+            solved, iterations, linear_iterations, residual = self._solve(1.0 / h, part * dt * inertia)
+            newton, linear = newton + iterations, linear + linear_iterations
+            if not solved:
+                break
+            since = stage.end
+            if since < 1.0:
+                self._end_stage(1.0 / h)
+        moved = self._farthest()
+        error = dt * self._error(1.0 / h, scheme.error) if solved and np.isfinite(error_limit) else 0.0
+        accepted = solved and error <= error_limit
+        if accepted:
+            self._finish(inertia / h)
+            self.acceleration_known = inertia > 0.0
+            self.contact.end_step()
+        else:
+            self._restore()
+        change = scheme.change(error, error_limit) if solved else schemes.FAILED
+        return StepResult(accepted, newton, linear, residual, moved, error, change)
+
+    def _scheme(self, inertia: float) -> schemes.Scheme:
+        """The scheme of a step: without inertia there is nothing to be followed exactly."""
+        scheme = schemes.SCHEMES[self.settings.scheme] if inertia > 0.0 else schemes.BACKWARD_EULER
+        return schemes.STARTING if scheme.needs_acceleration and not self.acceleration_known else scheme
+
+    def _solve(self, inverse_dt: float, ahead: float) -> tuple[bool, int, int, float]:
+        """Newton's method on Phi; whether it got anywhere, iterations, those of the linear solver, the residual."""
+        s = self.settings
         self._evaluate(inverse_dt)
-        self.contact.bind(1, dt * inertia)
+        self.contact.bind(1, ahead)
         residual = self._gather(inverse_dt)[0]
         newton = linear = 0
         progress = False
         while newton < s.max_newton_iterations:
             before = self._potential(inverse_dt)
-            self.matrix.assemble(inverse_dt)
-            iterations, _ = self.linear.solve(
-                s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=newton % REFRESH == 0
-            )
-            newton, linear = newton + 1, linear + iterations
+            exact = max(residual, s.tolerance) < EXACT_BELOW
+            linear += self._solve_linear(inverse_dt, exact, refresh=newton % REFRESH == 0)
+            newton += 1
             share = self._search(before, inverse_dt)
             if share == 0.0:
                 break
@@ -133,14 +144,16 @@ class ImplicitStep:
             residual = self._gather(inverse_dt)[0]
             if residual <= s.tolerance:
                 break
-        moved = self._farthest()
-        accepted = bool(np.isfinite(residual) and (progress or residual <= s.tolerance))
-        if accepted:
-            self._finish(inverse_dt * inertia)
-            self.contact.end_step()
-        else:
-            self._restore()
-        return StepResult(accepted, newton, linear, residual, moved)
+        return bool(np.isfinite(residual) and (progress or residual <= s.tolerance)), newton, linear, residual
+
+    def _solve_linear(self, inverse_dt: float, exact: bool, refresh: bool) -> int:
+        """Newton's direction d, with the exact Hessian of the membrane where that works; the iterations it took."""
+        s = self.settings
+        self.matrix.assemble(inverse_dt, exact)
+        iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh)
+        if exact and self.linear.indefinite[None] == 1:
+            return iterations + self._solve_linear(inverse_dt, exact=False, refresh=True)
+        return iterations
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
@@ -190,10 +203,40 @@ class ImplicitStep:
         return tuple(float(v) for v in np.sqrt(sums[:2]) / self.weight)
 
     @ti.kernel
-    def _begin(self, ahead: float):
+    def _begin(self):
         for i in range(self.nv):
-            self.x_start[i] = self.x[i]
-            self.x_hat[i] = self.x[i] + ahead * self.v[i]
+            self.x_start[i], self.v_stage[i] = self.x[i], self.v[i]
+
+    @ti.kernel
+    def _begin_stage(self, ahead: float, beyond: float, h: float, inertia: float):
+        for i in range(self.nv):
+            start, v = self.x_start[i], self.v[i]
+            self.x_ref[i] = start + ahead * v + beyond * (self.x[i] - start)
+            self.v_ref[i] = v + ahead * self.a[i] + beyond * (self.v_stage[i] - v)
+            self.x_hat[i] = self.x_ref[i] + h * inertia * self.v_ref[i]
+
+    @ti.kernel
+    def _end_stage(self, inverse_h: float):
+        for i in range(self.nv):
+            self.v_stage[i] = (self.x[i] - self.x_ref[i]) * inverse_h
+
+    @ti.kernel
+    def _sum_errors(self, inverse_h: float, first: float, middle: float, last: float):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            total = ti.Vector([0.0, 0.0, 0.0, 0.0], ti.f64)
+            for i in range(low, high):
+                v = (self.x[i] - self.x_ref[i]) * inverse_h
+                error = first * self.v[i] + middle * self.v_stage[i] + last * v
+                total[0] += self.mass[i] * error.dot(error)
+                total[1] += self.mass[i]
+            self.sums[chunk] = total
+
+    def _error(self, inverse_h: float, weights: tuple[float, float, float]) -> float:
+        """Local error of the step over its length [m/s], root of the mean square over the mass."""
+        self._sum_errors(inverse_h, *weights)
+        square, mass = self.sums.to_numpy().sum(axis=0)[:2]
+        return float(np.sqrt(square / mass))
 
     @ti.kernel
     def _gather_forces(self, inverse_dt: float):
@@ -236,9 +279,10 @@ class ImplicitStep:
             self.x[i] = self.x_base[i] + share * self.linear.d[i]
 
     @ti.kernel
-    def _finish(self, inverse_dt: float):
+    def _finish(self, inverse_h: float):
         for i in range(self.nv):
-            self.v[i] = (self.x[i] - self.x_start[i]) * inverse_dt
+            self.v[i] = (self.x[i] - self.x_ref[i]) * inverse_h
+            self.a[i] = (self.v[i] - self.v_ref[i]) * inverse_h
 
     @ti.kernel
     def _restore(self):
@@ -277,7 +321,7 @@ class ImplicitStep:
     def compile(self) -> None:
         """Compile every kernel of a step, so that the first step costs no more than the others."""
         self.balance()
-        self._begin(1.0)
+        self._begin_stage(0.0, 0.0, 1.0, 1.0)
         self._gather(1.0)
         self._potential(1.0)
         self.matrix.assemble(1.0)
@@ -288,6 +332,9 @@ class ImplicitStep:
         self._farthest()
         self._restore()
         self.contact.end_step()
+        if schemes.SCHEMES[self.settings.scheme].order > 1:
+            self.elastic.begin_stage(self.v, 0.0, 0.0)
+            self._end_stage(0.0)
         self._finish(0.0)
         self.fastest()
 
@@ -296,6 +343,8 @@ class ImplicitStep:
         return {
             "positions": self.x.to_numpy(),
             "velocities": self.v.to_numpy(),
+            "accelerations": self.a.to_numpy(),
+            "acceleration_known": np.array(self.acceleration_known),
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "rotation": self.elastic.rotation.to_numpy(),
@@ -305,6 +354,8 @@ class ImplicitStep:
         """Go on from a ``state``."""
         fields.upload(self.x, state["positions"])
         fields.upload(self.v, state["velocities"])
+        fields.upload(self.a, state["accelerations"])
+        self.acceleration_known = bool(state["acceleration_known"])
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         fields.upload(self.elastic.rotation, state["rotation"])
@@ -325,7 +376,8 @@ class ImplicitStep:
 
     def balance(self) -> float:
         """Net force on the free vertices over the weight, 2-norms, at rest where the cloth is: 0 in equilibrium."""
-        self._begin(0.0)
+        self._begin()
+        self._begin_stage(0.0, 0.0, 0.0, 0.0)
         self.elastic.begin_step()
         self._evaluate(0.0)
         self.contact.bind(1, 0.0)

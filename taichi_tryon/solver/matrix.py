@@ -60,14 +60,20 @@ class Matrix:
         self.diagonal, self.contact = (ti.Matrix.field(3, 3, ti.f32, shape=self.nv) for _ in range(2))
         self.stiffness = ti.field(float, shape=self.nv)
 
+    def assemble(self, inverse_dt: float, exact: bool = False) -> None:
+        """Fill the matrix from the laws as last evaluated. ``inverse_dt`` 0 leaves mass and internal friction out.
+
+        It is positive definite; ``exact`` keeps the compression in the membrane, with which it need not be.
+        """
+        self._assemble(inverse_dt, int(exact))
+
     @ti.kernel
-    def assemble(self, inverse_dt: float):
-        """Fill the matrix from the laws as last evaluated. ``inverse_dt`` 0 leaves mass and internal friction out."""
+    def _assemble(self, inverse_dt: float, exact: int):
         for p in range(self.pair_count):
             block = ti.Matrix.zero(float, 3, 3)
             for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
                 code = self.membrane_code[n]
-                block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt)
+                block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt, exact)
             for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
                 code = self.hinge_code[n]
                 block += self.elastic.bending_block(code // 16, code // 4 % 4, code % 4, inverse_dt)
