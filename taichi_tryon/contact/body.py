@@ -4,8 +4,8 @@ Normal: the samples are held off the skin by the contact thickness t, by the one
 the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
 no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
 reached at the pressure k t. Inside the skin the pressure goes on along its tangent, k t + 2 k (depth - t): Newton's
-method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times stiffer in one
-place than in another.
+method would only halve a depth in which the pressure is quadratic. The paper's force -k grad W (eq. 3) jumps at the
+skin and is four times stiffer in one place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
