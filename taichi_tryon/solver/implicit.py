@@ -67,8 +67,8 @@ class ImplicitStep:
     def __init__(
         self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, clock, free=None
     ):
-        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv, 3), False where and along
-        which axes a vertex is held."""
+        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv, 3), False where and
+        along which axes a vertex is held."""
         self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
         self.x, self.v, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(6)
