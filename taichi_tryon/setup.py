@@ -80,7 +80,9 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         for garment, part in zip(garments, cloth.parts, strict=True)
         for name, spec in garment.spec.holds.items()
     ]
-    return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, Holds.of(holds, positions))
+    held = Holds.of(holds, positions)
+    cloth = cloth.clamped(~held.free.any(axis=1))
+    return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, held)
 
 
 def _dressed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:

@@ -19,7 +19,10 @@ from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.output.report import versions
 
 SUITES = {
-    "accuracy": ("body_field", "uniaxial", "picture_frame", "hanging_strip", "cantilever"),
+    "accuracy": (
+        "body_field", "uniaxial", "picture_frame", "hanging_strip", "sphere", "incline", "tube", "capstan", "flight",
+        "cantilever",
+    ),  # fmt: skip
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``."""
 

@@ -58,7 +58,7 @@ class Elastic:
 
     def _hinge_constants(self, cloth: Cloth):
         """Stiffness of each hinge with its edge rotation held, diagonal of the rotations' system, least heights."""
-        diagonal = np.zeros(self.ne)
+        diagonal, sides = np.zeros(self.ne), np.zeros((self.ne, 2))
         heights = np.full((self.ne, 2), 1.0)
         for k in range(3):
             edges = cloth.triangle_edges[:, k]
@@ -67,10 +67,13 @@ class Elastic:
             height = LEAST_HEIGHT / np.linalg.norm(cloth.gradients[:, k], axis=1)
             side = np.where(cloth.edge_signs[:, k] > 0, 0, 1)
             heights[edges, side] = height
+            sides[edges, side] = cloth.edge_stiffness[:, k, k]
         interior = cloth.hinge_triangles[:, 1] >= 0
         tau = cloth.damping_time[cloth.hinge_triangles[:, 0]]
         self.rotation_diagonal = fields.scalars(diagonal)
-        self.hinge_stiffness = fields.scalars(np.where(interior, diagonal / 4, 0.0))
+        # beside a clamp the edge's rotation follows at once: what is left is little more than both sides in series
+        series = sides.prod(axis=1) / np.maximum(diagonal, 1e-30)
+        self.hinge_stiffness = fields.scalars(np.where(interior, np.minimum(diagonal / 4, 2 * series), 0.0))
         self.hinge_tau = fields.scalars(tau)
         self.least_height = fields.vectors(heights)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +12,10 @@ from taichi_tryon.cloth.bending import triangle_stiffness
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.mesh.topology import Topology
+
+
+# how much stiffer against bending a clamped triangle is than it would be
+CLAMPED = 1e3
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,19 @@ class Cloth:
         """(nv,) a third of the triangles around each vertex [m^2]."""
         shares = np.repeat(self.areas / 3, 3)
         return np.bincount(self.triangles.ravel(), weights=shares, minlength=self.vertex_count)
+
+    def clamped(self, vertices: np.ndarray) -> Cloth:
+        """The same cloth where triangles whose corners all are among ``vertices`` (nv,) bool cannot bend.
+
+        What is held over an area is held flat: without this the normals along its border would lean into it, and the
+        cloth would bend as if it were clamped a third of a triangle further back.
+        """
+        rigid = vertices[self.triangles].all(axis=1)
+        if not rigid.any():
+            return self
+        stiffness = self.edge_stiffness * np.where(rigid, CLAMPED, 1.0)[:, None, None]
+        rate = _edge_rate(self.triangle_edges, self.hinge_triangles, stiffness)
+        return replace(self, edge_stiffness=stiffness, edge_rate=rate)
 
     @staticmethod
     def join(garments: list[tuple[GarmentMesh, Moduli]]) -> Cloth:

@@ -21,9 +21,8 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
     disk, side_0, side_1, ... of a polygon from its first corner. Raises PatternError where the mesher fails.
     """
     sides = _sides(spec, edge_length)
-    outline = np.concatenate([side[:-1] for side in sides.values()])
     if spec.mesh == "delaunay":
-        points, triangles = triangulate(outline, edge_length, name)
+        points, triangles = _join([triangulate(_outline(part), edge_length, name) for part in _parts(spec, sides)])
     else:
         points, triangles = _grid(spec, edge_length)
     vertex = _weld(points, spec)
@@ -58,11 +57,47 @@ def _sides(spec: SheetSpec, edge_length: float) -> dict[str, np.ndarray]:
     else:
         corners = np.array(spec.outline_cm) * CM
         names = tuple(f"side_{i}" for i in range(len(corners)))
-    sides = {}
+    lines, sides = np.array(spec.lines_cm) * CM, {}
     for name, a, b in zip(names, corners, np.roll(corners, -1, axis=0), strict=True):
-        count = max(1, round(float(np.linalg.norm(b - a)) / edge_length))
-        sides[name] = a + np.linspace(0, 1, count + 1)[:, None] * (b - a)
+        crossed = [x / w if name == "bottom" else 1 - x / w for x in lines] if name in ("bottom", "top") else []
+        sides[name] = a + _shares([0.0, *sorted(crossed), 1.0], np.linalg.norm(b - a), edge_length)[:, None] * (b - a)
     return sides
+
+
+def _shares(marks: list[float], length: float, edge_length: float) -> np.ndarray:
+    """Shares 0 to 1 that divide a side of a ``length`` [m] evenly between marks."""
+    shares = [np.zeros(1)]
+    for low, high in zip(marks, marks[1:], strict=False):
+        count = max(1, round(float((high - low) * length / edge_length)))
+        shares.append(low + np.arange(1, count + 1) / count * (high - low))
+    return np.concatenate(shares)
+
+
+def _outline(sides: dict[str, np.ndarray]) -> np.ndarray:
+    """Points (n, 2) of a loop of sides, none of them twice."""
+    return np.concatenate([side[:-1] for side in sides.values()])
+
+
+def _parts(spec: SheetSpec, sides: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+    """The sides of each part into which ``lines_cm`` cut the sheet."""
+    marks = np.array([0.0, *spec.lines_cm]) * CM
+    if len(marks) == 1:
+        return [sides]
+    left, parts = sides["left"], []
+    for low, high in zip(marks, [*marks[1:], spec.size_cm[0] * CM], strict=True):
+        bottom, top = ([p for p in sides[name] if low - 1e-9 <= p[0] <= high + 1e-9] for name in ("bottom", "top"))
+        parts.append({"bottom": bottom, "right": left[::-1] + [high, 0], "top": top, "left": left + [low, 0]})
+    return parts
+
+
+def _join(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles of meshes side by side, as one: points at one place are one."""
+    points = np.concatenate([part[0] for part in parts])
+    first = np.cumsum([0, *(len(part[0]) for part in parts)])
+    triangles = np.concatenate([part[1] + start for part, start in zip(parts, first, strict=False)])
+    _, kept, number = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(kept))  # in the order of the first of each
+    return points[np.sort(kept)], rank[number.ravel()][triangles]
 
 
 def _grid(spec: SheetSpec, edge_length: float) -> tuple[np.ndarray, np.ndarray]:

@@ -31,6 +31,9 @@ class SheetSpec(Spec):
         description="delaunay: as garments are meshed; of a rectangle also regular: squares cut by parallel diagonals, "
         "alternating: by diagonals in turn, jittered: regular with the inner vertices shifted at random",
     )
+    lines_cm: list[Length] = Field(
+        [], description="x of lines from edge to edge of a rectangle that a delaunay mesh follows, as the end of a clamp"
+    )
     tube_radius_cm: Length | None = Field(
         None,
         description="roll a rectangle about its y axis to a tube of this radius, its right edge sewn to its left; "
@@ -49,4 +52,9 @@ class SheetSpec(Spec):
         for key in ("mesh", "tube_radius_cm"):
             if self.size_cm is None and getattr(self, key) not in ("delaunay", None):
                 raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
+        if self.lines_cm and self.mesh != "delaunay":
+            raise fault("only a delaunay mesh can follow lines; choose the edge length so that squares end there", "mesh")
+        marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]
+        if self.lines_cm and not all(a < b for a, b in zip(marks, marks[1:], strict=False)):
+            raise fault("must rise, and lie within the width of a rectangle, size_cm", "lines_cm")
         return self

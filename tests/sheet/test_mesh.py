@@ -44,6 +44,17 @@ def test_a_disk_and_a_polygon():
     assert (PANEL, "side_2") in triangle.edge_points
 
 
+def test_the_mesh_follows_lines():
+    mesh = mesh_of(edge=0.007, size_cm=[6, 4], lines_cm=[1, 2.7])
+    assert mesh.areas.sum() == pytest.approx(24e-4, rel=1e-12) and mesh.topology.euler_characteristic == 1
+    corners = mesh.pattern_points[mesh.point_triangles][..., 0]
+    for x in (0.01, 0.027):
+        assert (np.abs(mesh.pattern_points[:, 0] - x) < 1e-9).sum() == 7
+        assert not ((corners.min(axis=1) < x - 1e-6) & (corners.max(axis=1) > x + 1e-6)).any()
+    with pytest.raises(ValueError, match="must rise"):
+        mesh_of(size_cm=[6, 4], lines_cm=[1, 7])
+
+
 @pytest.mark.parametrize("degrees", [0, 45, 90, 200])
 def test_warp_runs_along_the_grain(degrees):
     mesh = mesh_of(size_cm=[6, 4], grain_degree=degrees)
