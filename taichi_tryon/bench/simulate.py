@@ -59,11 +59,11 @@ def scene_path(name: str) -> Path:
     return path
 
 
-def simulate(name: str, *overrides: str, watch: Callable[[Simulation], None] = lambda simulation: None) -> Outcome:
+def simulate(name: str, *overrides: str, watch: Callable[[Simulation], None] = lambda running: None) -> Outcome:
     """Run ``configs/validation/NAME.yaml`` with values set as by ``--set``; ``watch`` sees it after every step.
 
-    Taichi runs already, in the precision that is wanted. Raises RunError where a step fails or the end is no equilibrium
-    though the scene asks for one.
+    Taichi runs already, in the precision that is wanted. Raises RunError where a step fails or the end is no
+    equilibrium though the scene asks for one.
     """
     begin = time.perf_counter()
     scene = load_scene(scene_path(f"{name}.yaml"), overrides)
@@ -75,7 +75,7 @@ def simulate(name: str, *overrides: str, watch: Callable[[Simulation], None] = l
         watch(simulation)
     if scene.settle.max_steps and not simulation.settled:
         raise RunError(
-            f"{name}: not settled after {scene.settle.max_steps} steps: net force {simulation.progress.residual:.1e} of "
-            f"the weight, limit {scene.settle.residual:g}"
+            f"{name}: not settled after {scene.settle.max_steps} steps: net force {simulation.progress.residual:.1e} "
+            f"of the weight, limit {scene.settle.residual:g}"
         )
     return Outcome(simulation, time.perf_counter() - begin)

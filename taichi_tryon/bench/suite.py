@@ -58,7 +58,7 @@ def run_suite(
                 say(_line(record))
         except InputError:
             raise
-        except TryonError as fault:
+        except (TryonError, RuntimeError) as fault:  # Taichi's own faults are RuntimeErrors
             failed[name] = str(fault)
             say(f"{name}: {fault}")
     output.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,8 @@ def print_table(finished: Finished, console: Console) -> None:
         error = "" if r.error_percent is None else f"{r.error_percent:+.3g} %"
         reference = "" if r.reference is None else f"{r.reference:.6g}"
         unit = "" if r.unit == "1" else f" {r.unit}"
-        table.add_row(r.case, _parameters(r), r.quantity, f"{r.value:.6g}{unit}", reference, error, _limit(r), _verdict(r))
+        value = f"{r.value:.6g}{unit}"
+        table.add_row(r.case, _parameters(r), r.quantity, value, reference, error, _limit(r), _verdict(r))
     console.print(table)
     for name, reason in finished.failed.items():
         console.print(f"{name}: did not run: {reason}", markup=False)

@@ -58,7 +58,7 @@ class Elastic:
 
     def _hinge_constants(self, cloth: Cloth):
         """Stiffness of each hinge with its edge rotation held, diagonal of the rotations' system, least heights."""
-        diagonal, sides = np.zeros(self.ne), np.zeros((self.ne, 2))
+        diagonal = np.zeros(self.ne)
         heights = np.full((self.ne, 2), 1.0)
         for k in range(3):
             edges = cloth.triangle_edges[:, k]
@@ -67,13 +67,13 @@ class Elastic:
             height = LEAST_HEIGHT / np.linalg.norm(cloth.gradients[:, k], axis=1)
             side = np.where(cloth.edge_signs[:, k] > 0, 0, 1)
             heights[edges, side] = height
-            sides[edges, side] = cloth.edge_stiffness[:, k, k]
         interior = cloth.hinge_triangles[:, 1] >= 0
         tau = cloth.damping_time[cloth.hinge_triangles[:, 0]]
-        self.rotation_diagonal = fields.scalars(diagonal)
-        # beside a clamp the edge's rotation follows at once: what is left is little more than both sides in series
-        series = sides.prod(axis=1) / np.maximum(diagonal, 1e-30)
-        self.hinge_stiffness = fields.scalars(np.where(interior, np.minimum(diagonal / 4, 2 * series), 0.0))
+        # on the border of a clamp the whole hinge angle is that of the triangle which can bend
+        share = np.where(cloth.edge_clamps == 0, 0.5, 1.0)
+        self.clamp, self.share = fields.scalars(cloth.edge_clamps), fields.scalars(share)
+        self.rotation_diagonal = fields.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
+        self.hinge_stiffness = fields.scalars(np.where(interior, share * share * diagonal, 0.0))
         self.hinge_tau = fields.scalars(tau)
         self.least_height = fields.vectors(heights)
 
@@ -157,6 +157,10 @@ class Elastic:
             if h[3] >= 0:
                 a, b, c, d = self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]]
                 self.angle[e] = bending.hinge_angle(a, b, c, d)
+                if self.clamp[e] != 0:
+                    # the edge's normal is that of the clamped triangle
+                    for buffer in range(2):
+                        self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.angle[e]
                 g = bending.hinge_gradient(a, b, c, d, self.least_height[e][0], self.least_height[e][1])
                 for k in ti.static(range(4)):
                     self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
@@ -182,7 +186,7 @@ class Elastic:
                 total = ti.cast(0.0, float)
                 for side in range(2):
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
-                    total += 0.5 * moment
+                    total += self.share[e] * moment
                 rate = self.hinge_tau[e] * inverse_dt * (self.angle[e] - self.angle_start[e])
                 self.moment[e] = total + self.hinge_stiffness[e] * rate
 

@@ -13,11 +13,6 @@ from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.mesh.topology import Topology
 
-
-# how much stiffer against bending a clamped triangle is than it would be
-CLAMPED = 1e3
-
-
 @dataclass(frozen=True)
 class Part:
     """Where one garment lies in the arrays of the cloth."""
@@ -74,11 +69,14 @@ class Cloth:
         cloth would bend as if it were clamped a third of a triangle further back.
         """
         rigid = vertices[self.triangles].all(axis=1)
-        if not rigid.any():
-            return self
-        stiffness = self.edge_stiffness * np.where(rigid, CLAMPED, 1.0)[:, None, None]
-        rate = _edge_rate(self.triangle_edges, self.hinge_triangles, stiffness)
-        return replace(self, edge_stiffness=stiffness, edge_rate=rate)
+        # a part of the edge rotations' system has its eigenvalues between those of the whole: edge_rate still covers it
+        return replace(self, edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness))
+
+    @property
+    def edge_clamps(self) -> np.ndarray:
+        """(ne,): +1 where the first triangle beside an edge cannot bend, -1 where only the second cannot, else 0."""
+        rigid = np.append(~self.edge_stiffness.any(axis=(1, 2)), False)[self.hinge_triangles]
+        return np.where(rigid[:, 0], 1, np.where(rigid[:, 1], -1, 0))
 
     @staticmethod
     def join(garments: list[tuple[GarmentMesh, Moduli]]) -> Cloth:

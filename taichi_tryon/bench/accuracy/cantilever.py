@@ -1,7 +1,8 @@
 """A clamped strip of 50 mm bends under its own weight.
 
-Reference: the heavy elastica (``elastica.py``). The direction in which the free end lies gives the load Gamma = w L^3 / B
-and with it the equivalent rigidity B, compared with the one put in; the deflection itself saturates and hides errors.
+Reference: the heavy elastica (``elastica.py``). The direction in which the free end lies gives the load Gamma =
+w L^3 / B and with it the equivalent rigidity B, compared with the one put in; the deflection itself saturates and hides
+errors.
 Gravity is chosen for Gamma 2 to 10, where the direction tells most. A strip at 45 degrees also twists, as D11 and D22
 differ, and is held against the refined mesh instead of the elastica.
 """

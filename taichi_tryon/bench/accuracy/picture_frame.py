@@ -1,8 +1,8 @@
 """A square sheared in a frame of four hinged bars.
 
 The bars keep the length of the fibres that run along them, so the only strain is the KES shear angle 2 E12 = sin g at
-the frame angle 90 degrees - g. Reference: the law; the energy A G sin^2 g / 2 gives the frame the moment A G sin g cos g.
-It is measured as the work of all holds' forces on the motion x = X + Y sin g, y = Y cos g for a change of g.
+the frame angle 90 degrees - g. Reference: the law; the energy A G sin^2 g / 2 gives the frame the moment A G sin g
+cos g. It is measured as the work of all holds' forces on the motion x = X + Y sin g, y = Y cos g for a change of g.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def records(quick: bool) -> Iterator[Record]:
 
 
 def stress(stretch: np.ndarray, grain: float) -> float:
-    """P11 [N/m] of the uniform state; ``stretch`` C11, C22, C12, C66 [N/m], ``grain`` [rad] from the pull to the warp."""
+    """P11 [N/m] of the uniform state; ``stretch``: C11, C22, C12, C66 [N/m], ``grain`` [rad]: from pull to warp."""
     c11, c22, c12, c66 = stretch
     turn = np.array([[np.cos(grain), -np.sin(grain)], [np.sin(grain), np.cos(grain)]])
 
