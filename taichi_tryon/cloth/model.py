@@ -13,6 +13,7 @@ from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.mesh.topology import Topology
 
+
 @dataclass(frozen=True)
 class Part:
     """Where one garment lies in the arrays of the cloth."""

@@ -37,7 +37,8 @@ def test_only_the_area_cannot_bend(clamped):
     cloth, along, held = clamped
     rigid = held[cloth.triangles].all(axis=1)
     assert rigid.any() and np.array_equal(rigid, ~cloth.edge_stiffness.any(axis=(1, 2)))
-    beside = rigid[cloth.hinge_triangles[:, 0]] | (rigid[cloth.hinge_triangles[:, 1]] & (cloth.hinge_triangles[:, 1] >= 0))
+    first, second = cloth.hinge_triangles.T
+    beside = rigid[first] | (rigid[second] & (second >= 0))
     assert np.array_equal(cloth.edge_clamps != 0, beside)
 
 
