@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from taichi_tryon.errors import PatternError
 from taichi_tryon.mesh.garment import GarmentMesh, material_coordinates
 from taichi_tryon.mesh.triangulate import triangulate
 from taichi_tryon.sheet.spec import SheetSpec
@@ -18,13 +19,14 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
     """Mesh a sheet with triangles of about ``edge_length`` [m]; the legs of the right-angled ones have that length.
 
     Pattern points lie in the sheet's own x and y. Edges are called bottom, right, top, left of a rectangle, rim of a
-    disk, side_0, side_1, ... of a polygon from its first corner. Raises PatternError where the mesher fails.
+    disk, side_0, side_1, ... of a polygon from its first corner. Raises PatternError where the mesher fails or squares
+    do not end on a line that the mesh is to follow.
     """
     sides = _sides(spec, edge_length)
     if spec.mesh == "delaunay":
         points, triangles = _join([triangulate(_outline(part), edge_length, name) for part in _parts(spec, sides)])
     else:
-        points, triangles = _grid(spec, edge_length)
+        points, triangles = _grid(spec, edge_length, name)
     vertex = _weld(points, spec)
     angle = spec.grain_degree * DEGREE
     grain = np.tile([np.cos(angle), np.sin(angle)], (len(points), 1))
@@ -100,16 +102,24 @@ def _join(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.nd
     return points[np.sort(kept)], rank[number.ravel()][triangles]
 
 
-def _grid(spec: SheetSpec, edge_length: float) -> tuple[np.ndarray, np.ndarray]:
+def _grid(spec: SheetSpec, edge_length: float, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Points and triangles of a rectangle of nx by ny squares, each cut by a diagonal."""
     size = np.array(spec.size_cm) * CM
     nx, ny = (max(1, round(float(length) / edge_length)) for length in size)
     i, j = (index.ravel() for index in np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij"))
     points = np.column_stack([i / nx, j / ny]) * size
+    on_line = np.zeros(len(points), bool)
+    for x in spec.lines_cm:
+        here = np.isclose(points[:, 0], x * CM, rtol=0, atol=1e-9)
+        if not here.any():
+            raise PatternError(
+                f"sheet '{name}': no square ends at lines_cm {x:g}; choose an edge length that divides it and the width"
+            )
+        on_line |= here
     if spec.mesh == "jittered":
         inner = (i > 0) & (i < nx) & (j > 0) & (j < ny)
         shift = np.random.default_rng(0).uniform(-JITTER, JITTER, (len(points), 2)) * size / [nx, ny]
-        points = points + shift * inner[:, None]
+        points = points + shift * np.column_stack([inner & ~on_line, inner])
     i, j = (index.ravel() for index in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     a = i * (ny + 1) + j
     b, c, d = a + ny + 1, a + ny + 2, a + 1

@@ -32,7 +32,7 @@ class SheetSpec(Spec):
         "alternating: by diagonals in turn, jittered: regular with the inner vertices shifted at random",
     )
     lines_cm: list[Length] = Field(
-        [], description="x of lines across a rectangle that a delaunay mesh follows, such as the end of a clamp"
+        [], description="x of lines across a rectangle that the mesh follows, such as the end of a clamp"
     )
     tube_radius_cm: Length | None = Field(
         None,
@@ -52,8 +52,6 @@ class SheetSpec(Spec):
         for key in ("mesh", "tube_radius_cm"):
             if self.size_cm is None and getattr(self, key) not in ("delaunay", None):
                 raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
-        if self.lines_cm and self.mesh != "delaunay":
-            raise fault("only a delaunay mesh follows lines; choose an edge length at which squares end there", "mesh")
         marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]
         if self.lines_cm and not all(a < b for a, b in zip(marks, marks[1:], strict=False)):
             raise fault("must rise, and lie within the width of a rectangle, size_cm", "lines_cm")

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from taichi_tryon.errors import PatternError
 from taichi_tryon.sheet.mesh import PANEL, sheet_mesh
 from taichi_tryon.sheet.spec import SheetSpec
 
@@ -51,6 +52,10 @@ def test_the_mesh_follows_lines():
     for x in (0.01, 0.027):
         assert (np.abs(mesh.pattern_points[:, 0] - x) < 1e-9).sum() == 7
         assert not ((corners.min(axis=1) < x - 1e-6) & (corners.max(axis=1) > x + 1e-6)).any()
+    jittered = mesh_of(size_cm=[6, 4], lines_cm=[2], mesh="jittered")
+    assert (np.abs(jittered.pattern_points[:, 0] - 0.02) < 1e-9).sum() == 5
+    with pytest.raises(PatternError, match="sheet 'strip': no square ends at lines_cm 2.5"):
+        mesh_of(size_cm=[6, 4], lines_cm=[2.5], mesh="regular")
     with pytest.raises(ValueError, match="must rise"):
         mesh_of(size_cm=[6, 4], lines_cm=[1, 7])
 

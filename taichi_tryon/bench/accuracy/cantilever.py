@@ -66,7 +66,6 @@ def rigidity(cut: str, mesh: str, gamma: float, edge_mm: float) -> tuple[float, 
         "cantilever",
         f"garments.0.sheet.grain_degree={GRAINS[cut]}",
         f"garments.0.sheet.mesh={mesh}",
-        *(["garments.0.sheet.lines_cm=[]"] if mesh != "delaunay" else []),  # rows of squares end at the clamp
         f"mesh.edge_length_mm={edge_mm}",
         f"gravity_m_s2=[0, {-gravity}, 0]",
     )
