@@ -1,7 +1,8 @@
 """A tube too narrow for the cylinder that it is on presses with p = T / r.
 
-Reference: equilibrium of a thin ring (Laplace's law for one curvature). r is the mean radius found; T = C11 a (a^2 -
-1) / 2 (St. Venant-Kirchhoff, C12 = 0) follows from the stretch a = 2 pi r / width. The forces of contact add up to nothing.
+Reference: equilibrium of a thin ring (Laplace's law for one curvature). r is the mean radius found; the tension T =
+C11 a (a^2 - 1) / 2 (St. Venant-Kirchhoff, C12 = 0) follows from the stretch a = 2 pi r / width. The forces of contact
+add up to nothing.
 """
 
 from __future__ import annotations
