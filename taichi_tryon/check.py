@@ -18,7 +18,7 @@ def check_scene(scene: SceneSpec) -> list[str]:
     Raises InputError, PatternError or DressingError as ``run`` would.
     """
     setup = prepare(scene, Stopwatch())
-    poses = " to ".join([scene.pose.name, *(step.pose.name for step in scene.motion)])
+    poses = " to ".join(pose.name for pose in setup.motion.poses)
     lengths = np.concatenate([garment.mesh.edge_lengths for garment in setup.garments])
     angle = min(garment.mesh.min_angle_deg for garment in setup.garments)
     lines = [
@@ -28,7 +28,8 @@ def check_scene(scene: SceneSpec) -> list[str]:
     ]
     for part, garment in zip(setup.cloth.parts, setup.garments, strict=True):
         lines += _garment(setup, part, garment)
-    lines.append(f"frames: {_frames(scene)}")
+    lines += [f"hold {hold.name}: {len(hold.vertices)} vertices" for hold in setup.holds.holds]
+    lines.append(f"frames: {_frames(scene, setup.end_time)}")
     lines += [f"skipped: {item['what']}: {item['why']}" for item in skipped(setup)]
     return lines
 
@@ -49,8 +50,8 @@ def _garment(setup: Setup, part: Part, garment: Garment) -> list[str]:
     return lines + [f"  note: {note}" for note in garment.dressed.notes]
 
 
-def _frames(scene: SceneSpec) -> str:
-    duration = scene.drape.duration_s + sum(step.duration_s for step in scene.motion)
+def _frames(scene: SceneSpec, moving: float) -> str:
+    duration = scene.drape.duration_s + moving
     # no more than one frame a step
     rate = min(scene.output.frames_per_s, 1 / scene.solver.step_s)
     return f"about {2 + int(duration * rate + 1e-9)} for {duration:g} s of drape and motion, and some while dressing"

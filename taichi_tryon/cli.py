@@ -105,6 +105,25 @@ def view(
 
 
 @app.command()
+def bench(
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="accuracy: exact cases")],
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,
+    case: Annotated[list[str], typer.Option("--case", help="Only this case of the suite. Repeatable.")] = [],  # noqa: B006
+    output: Annotated[Path | None, typer.Option(help="Output folder; without it, outputs/bench.")] = None,
+) -> None:
+    """Run a suite of cases with known answers: a table here, SUITE.json and plots in the output folder."""
+    from rich.console import Console
+
+    from taichi_tryon.bench.suite import print_table, run_suite
+
+    folder = output or Path("outputs/bench")
+    finished = run_suite(suite, quick, folder, case, say=lambda line: print(line, file=sys.stderr))
+    print_table(finished, Console(width=None if sys.stdout.isatty() else 160))
+    print(folder)
+    raise typer.Exit(finished.exit_code)
+
+
+@app.command()
 def body(
     body: Annotated[Path, typer.Argument(metavar="BODY", help="YAML file of the body")],
     pose: Annotated[Path | None, typer.Option(help="YAML file of a pose; without it, the rest pose.")] = None,

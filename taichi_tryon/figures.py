@@ -31,7 +31,9 @@ def fit_lines(setup: Setup, garment: Garment, positions: np.ndarray, transforms:
 def skipped(setup: Setup) -> list[dict[str, str]]:
     """What this scene does not need, and why."""
     options, result = setup.scene.output, []
-    if setup.motion.end_time == 0:
+    if setup.scene.body is None:
+        result.append({"what": "contact of cloth with the body", "why": "the scene has no body"})
+    elif setup.motion.end_time == 0:
         why = "the scene has no motion: the body's cells are listed once"
         result.append({"what": "motion of the body", "why": why})
     if setup.scene.contact.friction == 0:

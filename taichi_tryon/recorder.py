@@ -73,9 +73,10 @@ class Recorder:
         frames = [self._frame(part, index) for index, part in enumerate(seen)]
         skin = self.observer.skin()
         moved = skin is not self._written_skin
-        self.frames.write(self.index, simulation.progress.time, frames, skin if moved else None, self._skin_frame)
+        new_skin = skin if moved and len(skin[1]) else None
+        self.frames.write(self.index, simulation.progress.time, frames, new_skin, self._skin_frame)
         if moved:
-            self._written_skin, self._skin_frame = skin, self.index
+            self._written_skin, self._skin_frame = skin, self.index if new_skin else None
         if self.options.images or self.options.video:
             picture = self.pictures.take(self.index, stage.meshes(self.setup, simulation.stepper.x.to_numpy(), skin))
             if self.film is not None:
@@ -124,7 +125,8 @@ class Recorder:
         per_triangle = key in frames[0].cell_data
         values = [(frame.cell_data if per_triangle else frame.point_data)[key] for frame in frames]
         scale = Scale.fitting(title, np.concatenate(values), diverging)
-        shapes = [skin(*self.observer.skin())]
+        body = self.observer.skin()
+        shapes = [skin(*body)] if len(body[1]) else []
         for frame, value in zip(frames, values, strict=True):
             shapes.append(value_map(frame.positions, frame.triangles, value, scale, per_triangle))
         self.pictures.take_map(name, shapes, title, scale)

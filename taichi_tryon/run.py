@@ -218,7 +218,10 @@ class _Run:
             "timing_s": self.clock.timings(),
             "quality": report.quality(whole),
             "garments": parts,
-            "holds": {},
+            "holds": {
+                name: {"reaction_N": [float(f"{value:.6g}") for value in force]}
+                for name, force in simulation.reactions().items()
+            },
             "skipped": skipped(setup),
             "warnings": self.warnings,
         }

@@ -8,23 +8,29 @@ import numpy as np
 
 from taichi_tryon.body.model import Body
 from taichi_tryon.body.skeleton import Motion, Pose
+from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.dressing.place import Dressed, dress
 from taichi_tryon.fabric import Moduli
+from taichi_tryon.holds.held import Hold, Holds
 from taichi_tryon.mesh.garment import GarmentMesh, build
 from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
+from taichi_tryon.sheet.mesh import sheet_mesh
+from taichi_tryon.sheet.place import place
 from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 
 
 @dataclass(frozen=True)
 class Garment:
-    """One garment, sewn and laid around the body."""
+    """One garment, sewn and laid around the body, or a plain sheet where it was placed; it starts with ``velocities``
+    (nv, 3) [m/s]."""
 
     spec: GarmentSpec
     mesh: GarmentMesh
     dressed: Dressed
+    velocities: np.ndarray
 
     @property
     def name(self) -> str:
@@ -33,7 +39,8 @@ class Garment:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a simulation starts from. ``positions`` (nv, 3) [m] are those of all garments, in the cloth's order."""
+    """What a simulation starts from. ``positions`` (nv, 3) [m] and ``velocities`` (nv, 3) [m/s] are those of all
+    garments, in the cloth's order."""
 
     scene: SceneSpec
     body: Body
@@ -41,24 +48,54 @@ class Setup:
     garments: tuple[Garment, ...]
     cloth: Cloth
     positions: np.ndarray
+    velocities: np.ndarray
+    holds: Holds
+
+    @property
+    def end_time(self) -> float:
+        """How long body and holds move [s]."""
+        return max(self.motion.end_time, self.holds.end_time)
 
 
 def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
-    """Build body, meshes and start. Raises PatternError or DressingError where a garment cannot be made or put on."""
+    """Build body, meshes and start. Raises PatternError or DressingError where a garment cannot be made or put on,
+    InputError where a hold finds nothing to hold."""
     with clock("body"):
-        body = Body.from_spec(scene.body)
-        poses = [Pose.from_spec(scene.pose), *(Pose.from_spec(step.pose) for step in scene.motion)]
+        body = Body.from_spec(scene.body) if scene.body else Body.absent()
+        rest = PoseSpec(name="rest")
+        poses = [Pose.from_spec(scene.pose or rest), *(Pose.from_spec(step.pose) for step in scene.motion)]
         times = np.cumsum([0.0, *(step.duration_s for step in scene.motion)])
         motion = Motion(body.skeleton, tuple(times.tolist()), tuple(poses))
         start = motion.transforms(0.0)
     garments = []
     for layer, spec in enumerate(scene.garments):
-        with clock("mesh"):
-            pattern = Pattern.from_spec(spec.pattern)
-            mesh = build(pattern, scene.mesh.edge_length_mm * MM, spec.name)
-        with clock("dressing"):
-            garments.append(Garment(spec, mesh, dress(pattern, mesh, spec.dressing, body, start, layer)))
+        make = _placed if spec.sheet else _dressed
+        garments.append(make(spec, scene.mesh.edge_length_mm * MM, body, start, layer, clock))
     with clock("mesh"):
         cloth = Cloth.join([(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments])
     positions = np.concatenate([garment.dressed.positions for garment in garments])
-    return Setup(scene, body, motion, tuple(garments), cloth, positions)
+    velocities = np.concatenate([garment.velocities for garment in garments])
+    holds = [
+        Hold.from_spec(name, spec, garment.mesh, part.vertices.start)
+        for garment, part in zip(garments, cloth.parts, strict=True)
+        for name, spec in garment.spec.holds.items()
+    ]
+    held = Holds.of(holds, positions)
+    cloth = cloth.clamped(~held.free.any(axis=1))
+    return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, held)
+
+
+def _dressed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:
+    with clock("mesh"):
+        pattern = Pattern.from_spec(spec.pattern)
+        mesh = build(pattern, edge_length, spec.name)
+    with clock("dressing"):
+        dressed = dress(pattern, mesh, spec.dressing, body, transforms, layer)
+    return Garment(spec, mesh, dressed, np.zeros_like(dressed.positions))
+
+
+def _placed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:
+    with clock("mesh"):
+        mesh = sheet_mesh(spec.sheet, edge_length, spec.name)
+    positions, velocities = place(spec.sheet, mesh)
+    return Garment(spec, mesh, Dressed(positions, (), ()), velocities)

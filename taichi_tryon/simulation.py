@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from taichi_tryon import fields
+from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
 from taichi_tryon.errors import RunError
 from taichi_tryon.setup import Setup
@@ -43,9 +45,9 @@ class Simulation:
     """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
 
     dress: steps without inertia and friction, in which the forced garment takes its own shape, so that nothing of the
-    force sticks to the body; hands hold up what is ``held_up``; drape: it falls into place; move:
-    the body goes through its motion; settle: steps without inertia and of growing length, until the net force on the
-    free vertices is below ``settle.residual`` of the weight.
+    force sticks to the body; hands hold up what is ``held_up``; drape: it falls into place; move: body and holds go
+    through their motions; settle: steps without inertia and of growing length, until the net force on the free vertices
+    is below ``settle.residual`` of the weight. Phases in which a scene has nothing to do are left out.
     """
 
     def __init__(self, setup: Setup, clock: Stopwatch):
@@ -67,7 +69,7 @@ class Simulation:
             max_newton_iterations=2 * solver.max_newton_iterations,
         )
         with clock("body"):
-            self.field = BodyField(setup.body)
+            self.field = BodyField(setup.body) if scene.body else AbsentField()
             self.transforms = setup.motion.transforms(0.0)
             self.field.set_pose(self.transforms)
         with clock("compile"):
@@ -79,9 +81,11 @@ class Simulation:
                 np.array(scene.gravity_m_s2),
                 self._moving,
                 clock,
+                setup.holds.free,
             )
             self.stepper.compile()
-        self.progress = Progress(dt=solver.step_s)
+            fields.upload(self.stepper.v, setup.velocities)
+        self.progress = Progress(phase=self._needed(PHASES), dt=solver.step_s)
         self._set_forces()
         self.step_seconds: list[float] = []
 
@@ -105,7 +109,7 @@ class Simulation:
         if p.phase == "drape":
             return p.phase_time / max(scene.drape.duration_s, 1e-9)
         if p.phase == "move":
-            return p.phase_time / max(self.setup.motion.end_time, 1e-9)
+            return p.phase_time / max(self.setup.end_time, 1e-9)
         if p.phase == "settle" and np.isfinite(p.residual):
             return float(np.clip(1 - np.log10(max(p.residual / scene.settle.residual, 1.0)) / 3, 0, 1))
         return 1.0 if p.phase == "done" else 0.0
@@ -131,11 +135,12 @@ class Simulation:
             dt = min(dt, max(self.scene.drape.duration_s - p.phase_time, 1e-6))
         before = self.transforms
         if p.phase == "move":
-            dt = min(dt, max(self.setup.motion.end_time - p.phase_time, 1e-6))
+            dt = min(dt, max(self.setup.end_time - p.phase_time, 1e-6))
             dt = self._body_step(p.phase_time, dt)
 
         def pose(share: float) -> None:
             self.transforms = self.setup.motion.transforms(p.phase_time + share * dt)
+            self.stepper.place_held(self.setup.holds.targets(p.phase_time + share * dt))
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
 
@@ -150,6 +155,7 @@ class Simulation:
         if not result.accepted:
             self.transforms = before
             self.field.set_pose(before)
+            self._place_held()
             least = self.scene.solver.min_step_s if result.error > limit else 0.0
             p.dt = max(p.dt * result.change, least)
             return False
@@ -161,6 +167,12 @@ class Simulation:
         p.dt = min(max(p.dt * result.change, self.scene.solver.min_step_s), longest)
         return True
 
+    def _place_held(self) -> None:
+        """Hold where the paths are now."""
+        p, end = self.progress, self.setup.end_time
+        time = {"dress": 0.0, "drape": 0.0, "move": p.phase_time}.get(p.phase, end)
+        self.stepper.place_held(self.setup.holds.targets(time))
+
     def _set_forces(self) -> None:
         """What acts in the present phase, and how exactly it is solved."""
         phase, scene = self.progress.phase, self.scene
@@ -169,15 +181,20 @@ class Simulation:
         bears = np.ones(self.setup.cloth.vertex_count)
         if phase == "dress":
             for part, garment in zip(self.setup.cloth.parts, self.setup.garments, strict=True):
-                bears[part.vertices] = not garment.spec.dressing.held_up
+                # a sheet waits where it was placed
+                bears[part.vertices] = garment.spec.sheet is None and not garment.spec.dressing.held_up
         self.stepper.set_weight(bears)
 
     def _body_step(self, start: float, dt: float) -> float:
-        """The part of dt in which no ball of the body moves further than BODY_MOVE."""
-        now = self.setup.body.posed(self.setup.motion.transforms(start)).centers
+        """The part of dt in which no ball of the body and nothing held moves further than BODY_MOVE."""
+
+        def led(time: float) -> np.ndarray:
+            balls = self.setup.body.posed(self.setup.motion.transforms(time))
+            return np.concatenate([balls.centers, self.setup.holds.targets(time)])
+
+        now = led(start)
         while dt > self.scene.solver.min_step_s:
-            then = self.setup.body.posed(self.setup.motion.transforms(start + dt)).centers
-            if np.linalg.norm(then - now, axis=1).max() <= BODY_MOVE:
+            if np.linalg.norm(led(start + dt) - now, axis=1).max() <= BODY_MOVE:
                 break
             dt *= 0.5
         return dt
@@ -189,25 +206,32 @@ class Simulation:
         if p.phase == "drape":
             return p.phase_time >= scene.drape.duration_s - 1e-9
         if p.phase == "move":
-            return p.phase_time >= self.setup.motion.end_time - 1e-9
+            return p.phase_time >= self.setup.end_time - 1e-9
         with self.clock("solve"):
             p.residual = self.stepper.balance()
         return self.settled or p.phase_steps >= scene.settle.max_steps
 
     def _next_phase(self) -> None:
         p = self.progress
-        following = dict(zip(PHASES, (*PHASES[1:], "done"), strict=True))
-        p.phase = following[p.phase]
-        if p.phase == "drape" and self.scene.drape.duration_s == 0:
-            p.phase = "move"
-        if p.phase == "move" and self.setup.motion.end_time == 0:
-            p.phase = "settle"
-        if p.phase == "settle" and self.scene.settle.max_steps == 0:
-            p.phase = "done"
+        p.phase = self._needed(PHASES[PHASES.index(p.phase) + 1 :])
         p.phase_steps, p.phase_time, p.dt = 0, 0.0, self.scene.solver.step_s
         if p.phase == "settle":
             self.field.set_pose(self.transforms)
         self._set_forces()
+
+    def _needed(self, phases: tuple[str, ...]) -> str:
+        """The first of the phases that this scene has anything to do in, "done" where none has."""
+        needed = {
+            "dress": any(garment.spec.dressing for garment in self.setup.garments),
+            "drape": self.scene.drape.duration_s > 0,
+            "move": self.setup.end_time > 0,
+            "settle": self.scene.settle.max_steps > 0,
+        }
+        return next((phase for phase in phases if needed[phase]), "done")
+
+    def reactions(self) -> dict[str, np.ndarray]:
+        """Force (3,) [N] of each hold on the cloth, at rest where it is."""
+        return self.setup.holds.reactions(self.stepper.pulls())
 
     # -- state ----------------------------------------------------------------------------------------------------
 
@@ -224,3 +248,4 @@ class Simulation:
         self.transforms = state["transforms"]
         self._set_forces()
         self.field.set_pose(self.transforms)
+        self._place_held()

@@ -17,7 +17,7 @@ POSES = 5
 def meshes(setup: Setup, positions: np.ndarray, body: tuple[np.ndarray, np.ndarray]) -> list[Mesh]:
     """The body's skin, ``body``: vertices (n, 3), triangles (m, 3), and each garment at ``positions`` (nv, 3) with its
     colour and weave."""
-    shapes = [skin(*body)]
+    shapes = [skin(*body)] if len(body[1]) else []
     for part, garment in zip(setup.cloth.parts, setup.garments, strict=True):
         look = garment.spec.appearance
         checker = None if look.checker_mm is None else look.checker_mm * MM

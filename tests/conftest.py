@@ -62,7 +62,7 @@ def make_sheet():
             areas=(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2,
             vertex_count=len(points),
             topology=Topology.of(triangles, len(points)),
-            tapes=Tapes(np.zeros((0, 2), int), np.zeros(0), np.zeros(0)),
+            tapes=Tapes.none(),
         )
 
     return make

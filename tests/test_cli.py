@@ -167,6 +167,25 @@ def test_pattern(capsys, tmp_path):
     assert drawing.read_text().startswith("<?xml")
 
 
+def test_bench(tmp_path, capsys, monkeypatch):
+    from taichi_tryon.bench import suite
+    from taichi_tryon.bench.record import relative
+
+    calls, found = [], suite.Finished([relative("strip", {"cut": "warp"}, "force", "N", 1.1, 1.0, 5.0, 0.1)], {})
+    monkeypatch.setattr(suite, "run_suite", lambda *options, say: calls.append(options) or found)
+    assert call("bench", "accuracy", "--quick", "--case", "uniaxial", "--output", tmp_path) == 0
+    assert calls == [("accuracy", True, tmp_path, ["uniaxial"])]
+    text = capsys.readouterr().out
+    assert "MISSED" in text and "0 of 1 limits met" in text
+    monkeypatch.setattr(suite, "run_suite", lambda *options, say: suite.Finished([], {"strip": "no step"}))
+    assert call("bench", "accuracy") == 3
+
+
+def test_bench_of_an_unknown_suite(capsys):
+    assert call("bench", "speed") == 2
+    assert "no suite speed; suites: accuracy" in capsys.readouterr().err
+
+
 def test_help_is_quick_to_load():
     code = "import sys; from taichi_tryon.cli import main\ntry: main(['--help'])\nfinally: print(*sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

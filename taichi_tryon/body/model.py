@@ -97,6 +97,14 @@ class Body:
         skeleton = Skeleton(names, np.array(parents), heads)
         return Body(spec.name, skeleton, _balls(spec, names), groups, landmarks, measurements)
 
+    @staticmethod
+    def absent() -> Body:
+        """The body of a scene that has none: no bones, no balls."""
+        none = np.zeros((0, 3))
+        balls = Balls(none, none, np.zeros((0, 3, 3)), none[:, 0], np.zeros((0, 1), bool), np.zeros((0, 2), int),
+                      np.zeros((0, 2)))  # fmt: skip
+        return Body("no body", Skeleton((), np.zeros(0, int), none), balls, (), {}, {})
+
     def groups(self, *names: str) -> tuple[int, ...]:
         """Indices of groups; InputError names one that the body lacks."""
         for name in names:

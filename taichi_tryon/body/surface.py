@@ -15,8 +15,10 @@ def surface_mesh(balls: Balls, spacing: float = 8e-3) -> tuple[np.ndarray, np.nd
     """Closed surface: vertices (n, 3) [m] on W = 1 and outward triangles (m, 3), from a grid of ``spacing`` [m].
 
     Marching cubes (Lewiner et al. 2003) on a grid where each ball is added only where it reaches. Infinite balls are
-    cut off 1 m from their centres.
+    cut off 1 m from their centres. Without balls there is no surface.
     """
+    if not len(balls.weights):
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
     extents = np.minimum(balls.extents, _UNBOUNDED_REACH)
     low = np.floor((balls.centers - extents).min(axis=0) / spacing).astype(int) - 1
     high = np.ceil((balls.centers + extents).max(axis=0) / spacing).astype(int) + 1

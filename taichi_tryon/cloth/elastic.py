@@ -78,8 +78,11 @@ class Elastic:
             heights[edges, side] = height
         interior = cloth.hinge_triangles[:, 1] >= 0
         tau = cloth.damping_time[cloth.hinge_triangles[:, 0]]
-        self.rotation_diagonal = tables.scalars(diagonal)
-        self.hinge_stiffness = tables.scalars(np.where(interior, diagonal / 4, 0.0))
+        # on the border of a clamp the whole hinge angle is that of the triangle which can bend
+        share = np.where(cloth.edge_clamps == 0, 0.5, 1.0)
+        self.clamp, self.share = tables.scalars(cloth.edge_clamps), tables.scalars(share)
+        self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
+        self.hinge_stiffness = tables.scalars(np.where(interior, share * share * diagonal, 0.0))
         self.hinge_tau = tables.scalars(tau)
         self.least_height = tables.vectors(heights)
 
@@ -192,6 +195,10 @@ class Elastic:
             h = self.hinge[e]
             if h[3] >= 0:
                 self.angle[e] = self._hinge_angle(e)
+                if self.clamp[e] != 0:
+                    # the edge's normal is that of the clamped triangle
+                    for buffer in range(2):
+                        self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.angle[e]
                 g = self._hinge_gradient(e)
                 for k in ti.static(range(4)):
                     self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
@@ -217,7 +224,7 @@ class Elastic:
                 total = ti.cast(0.0, float)
                 for side in range(2):
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
-                    total += 0.5 * moment
+                    total += self.share[e] * moment
                 rate = self.hinge_tau[e] * inverse_dt * (self.angle[e] - self.angle_ref[e])
                 self.moment[e] = total + self.hinge_stiffness[e] * rate
 

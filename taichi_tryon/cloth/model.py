@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -66,6 +66,22 @@ class Cloth:
         """(nv,) a third of the triangles around each vertex [m^2]."""
         shares = np.repeat(self.areas / 3, 3)
         return np.bincount(self.triangles.ravel(), weights=shares, minlength=self.vertex_count)
+
+    def clamped(self, vertices: np.ndarray) -> Cloth:
+        """The same cloth where triangles whose corners all are among ``vertices`` (nv,) bool cannot bend.
+
+        What is held over an area is held flat: without this the normals along its border would lean into it, and the
+        cloth would bend as if it were clamped a third of a triangle further back.
+        """
+        rigid = vertices[self.triangles].all(axis=1)
+        # a part of the edge rotations' system has its eigenvalues between those of the whole: edge_rate still covers it
+        return replace(self, edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness))
+
+    @property
+    def edge_clamps(self) -> np.ndarray:
+        """(ne,): +1 where the first triangle beside an edge cannot bend, -1 where only the second cannot, else 0."""
+        rigid = np.append(~self.edge_stiffness.any(axis=(1, 2)), False)[self.hinge_triangles]
+        return np.where(rigid[:, 0], 1, np.where(rigid[:, 1], -1, 0))
 
     @staticmethod
     def join(garments: list[tuple[GarmentMesh, Moduli]]) -> Cloth:

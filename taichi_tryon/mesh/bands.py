@@ -17,6 +17,10 @@ class Tapes:
     lengths: np.ndarray
     stiffness: np.ndarray
 
+    @staticmethod
+    def none() -> Tapes:
+        return Tapes(np.zeros((0, 2), int), np.zeros(0), np.zeros(0))
+
 
 def lay_tapes(
     pattern: Pattern, points: np.ndarray, point_vertex: np.ndarray, edge_points: dict[EdgeName, np.ndarray]
@@ -25,13 +29,13 @@ def lay_tapes(
 
     points (np, 2) [m] of the flat pattern, point_vertex (np,), edge_points: the points along each edge.
     """
-    ends, lengths, stiffness = [np.zeros((0, 2), int)], [np.zeros(0)], [np.zeros(0)]
+    parts = [Tapes.none()]
     for band in pattern.bands:
         pairs = np.concatenate(
             [np.stack([edge_points[name][:-1], edge_points[name][1:]], axis=1) for name in band.edges]
         )
         drawn = np.linalg.norm(points[pairs[:, 1]] - points[pairs[:, 0]], axis=1)
-        ends.append(point_vertex[pairs])
-        lengths.append(drawn * (1.0 if band.length is None else band.length / drawn.sum()))
-        stiffness.append(np.full(len(pairs), band.stiffness))
-    return Tapes(np.concatenate(ends), np.concatenate(lengths), np.concatenate(stiffness))
+        lengths = drawn * (1.0 if band.length is None else band.length / drawn.sum())
+        parts.append(Tapes(point_vertex[pairs], lengths, np.full(len(pairs), band.stiffness)))
+    arrays = ([part.vertices, part.lengths, part.stiffness] for part in parts)
+    return Tapes(*(np.concatenate(column) for column in zip(*arrays, strict=True)))

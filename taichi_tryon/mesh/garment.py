@@ -101,7 +101,7 @@ def build(pattern: Pattern, edge_length: float, name: str) -> GarmentMesh:
     mesh = GarmentMesh(
         name=name,
         triangles=point_vertex[point_triangles].astype(np.int32),
-        rest=_material(points, grains[point_panel])[point_triangles],
+        rest=material_coordinates(points, grains[point_panel])[point_triangles],
         panel=point_panel[point_triangles[:, 0]].astype(np.int32),
         panel_names=tuple(flats),
         vertex_count=vertex_count,
@@ -169,7 +169,7 @@ def _weld(
     return rank[labels], count
 
 
-def _material(points: np.ndarray, grain: np.ndarray) -> np.ndarray:
+def material_coordinates(points: np.ndarray, grain: np.ndarray) -> np.ndarray:
     """Points (n, 2) turned so that axis 0 lies along the grain (n, 2)."""
     across = np.stack([-grain[:, 1], grain[:, 0]], axis=1)
     return np.stack([(points * grain).sum(axis=1), (points * across).sum(axis=1)], axis=1)

@@ -35,11 +35,11 @@ def gaps(positions: np.ndarray, near_gap: np.ndarray, skin: np.ndarray, trusted:
     """Distance of each vertex from the skin (nv,) [m], negative inside.
 
     The body's own gap counts within ``trusted`` of the skin; a density of compact support knows no distance far out,
-    where the nearest of the ``skin``'s points (n, 3) does.
+    where the nearest of the ``skin``'s points (n, 3) does, if there is a body at all.
     """
     result = near_gap.copy()
     far = near_gap > trusted
-    if far.any():
+    if far.any() and len(skin):
         result[far] = np.maximum(cKDTree(skin).query(positions[far])[0], trusted)
     return result
 

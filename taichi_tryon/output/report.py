@@ -30,7 +30,7 @@ def quality(seen: Inspection) -> dict:
         seen.contact_pressures[touching] / 1000, seen.contact_areas[touching], (50, 95, 100)
     )
     return {
-        "residual_relative": _round(np.linalg.norm(seen.net_forces) / np.linalg.norm(seen.weights)),
+        "residual_relative": _round(np.linalg.norm(seen.net_forces) / (np.linalg.norm(seen.weights) or 1.0)),
         "speed_max_mm_s": _round(1000 * np.linalg.norm(seen.velocities, axis=1).max()),
         "penetration_mm": _round(1000 * seen.depths.max()),
         "penetrating_samples_percent": _round(100 * seen.inside.sum() / seen.samples.sum()),

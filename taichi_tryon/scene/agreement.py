@@ -13,15 +13,37 @@ Disagreement = tuple[tuple[str | int, ...], str]
 
 def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
     """Every name in one part that another part does not have: where it stands in the scene, and the message."""
-    yield from unknown_bones(scene.pose, scene.body, "pose")
-    for index, step in enumerate(scene.motion):
-        yield from unknown_bones(step.pose, scene.body, "motion", index, "pose")
+    if scene.body is None:
+        yield from _without_body(scene)
+    else:
+        if scene.pose is not None:
+            yield from unknown_bones(scene.pose, scene.body, "pose")
+        for index, step in enumerate(scene.motion):
+            yield from unknown_bones(step.pose, scene.body, "motion", index, "pose")
     names = [garment.name for garment in scene.garments]
+    holds: set[str] = set()
     for index, garment in enumerate(scene.garments):
         if garment.name in names[:index]:
             yield ("garments", index, "name"), f"{garment.name}: an earlier garment has this name"
-        yield from _disks(garment.dressing, scene.body, "garments", index, "dressing")
-        yield from _panels(garment, "garments", index, "dressing")
+        for hold in garment.holds:
+            if hold in holds:
+                yield ("garments", index, "holds", hold), f"{hold}: a hold of an earlier garment has this name"
+            holds.add(hold)
+        if garment.dressing is not None:
+            if scene.body is not None:
+                yield from _disks(garment.dressing, scene.body, "garments", index, "dressing")
+            yield from _panels(garment, "garments", index, "dressing")
+
+
+def _without_body(scene: SceneSpec) -> Iterator[Disagreement]:
+    """What only a body can have or wear."""
+    dressed = [garment.name for garment in scene.garments if garment.dressing is not None]
+    if dressed:
+        yield ("body",), f"this key is required (who is dressed in {dressed[0]}); only plain sheets go without a body"
+    elif scene.pose is not None:
+        yield ("pose",), "a scene without a body has no pose"
+    elif scene.motion:
+        yield ("motion",), "a scene without a body has no motion"
 
 
 def unknown_bones(pose: PoseSpec, body: BodySpec, *where: str | int) -> Iterator[Disagreement]:

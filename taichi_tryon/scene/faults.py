@@ -43,7 +43,7 @@ def describe(error: ErrorDetails | dict[str, Any], root: Node, model: type[BaseM
                 may_be_path = _may_be_path(kind, key)
                 kind = _step(kind, key)
             node, path = child, [] if child.is_file else [*path, str(key)]
-        elif error["type"] == "missing" and index == len(location) - 1:
+        elif error["type"] in ("missing", "fault") and index == len(location) - 1 and isinstance(key, str):
             path = [*path, str(key)]
         else:  # the name of a union's member, which stands in no file
             kind = _step(kind, key)

@@ -9,8 +9,10 @@ from pydantic import Field, field_validator, model_validator
 from taichi_tryon.body.spec import BodySpec, PoseSpec
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.fabric import FabricSpec
+from taichi_tryon.holds.spec import HoldSpec
 from taichi_tryon.pattern.spec import PatternSpec
 from taichi_tryon.scene.references import REFERENCE
+from taichi_tryon.sheet.spec import SheetSpec
 from taichi_tryon.spec import Spec, fault
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=80)]
@@ -29,13 +31,26 @@ class AppearanceSpec(Spec):
 
 
 class GarmentSpec(Spec):
-    """A garment: its pattern, how it is laid around the body, and its fabric."""
+    """A garment: its pattern, how it is laid around the body, and its fabric; or a plain sheet."""
 
     name: Name = Field(description="name in files and report")
-    pattern: Annotated[PatternSpec, REFERENCE] = Field(description="the sewing pattern")
-    dressing: Annotated[DressingSpec, REFERENCE] = Field(description="how the panels are laid around the body")
+    pattern: Annotated[PatternSpec | None, REFERENCE] = Field(None, description="the sewing pattern; none of a sheet")
+    dressing: Annotated[DressingSpec | None, REFERENCE] = Field(
+        None, description="how the panels are laid around the body; none of a sheet"
+    )
+    sheet: SheetSpec | None = Field(None, description="a plain sheet instead of pattern and dressing")
     fabric: Annotated[FabricSpec, REFERENCE] = Field(description="the measured fabric")
+    holds: dict[Name, HoldSpec] = Field({}, description="parts held fixed or led along a path")
     appearance: AppearanceSpec = Field(AppearanceSpec(), description="colour and checker")
+
+    @model_validator(mode="after")
+    def _dressed_or_placed(self) -> GarmentSpec:
+        for key, what in (("pattern", "the sewing pattern"), ("dressing", "how the panels are laid around the body")):
+            if self.sheet is None and getattr(self, key) is None:
+                raise fault(f"this key is required ({what}); only a plain sheet has none", key)
+            if self.sheet is not None and getattr(self, key) is not None:
+                raise fault(f"a plain sheet has no {key}: leave out one of the two", "sheet")
+        return self
 
 
 class MotionStepSpec(Spec):
@@ -151,8 +166,10 @@ class SceneSpec(Spec):
     """Everything a run needs; the name also names the output folder."""
 
     scene: Name = Field(description="name of the scene")
-    body: Annotated[BodySpec, REFERENCE] = Field(description="who is dressed")
-    pose: Annotated[PoseSpec, REFERENCE] = Field(description="pose in which the body is dressed")
+    body: Annotated[BodySpec | None, REFERENCE] = Field(None, description="who is dressed; null: plain sheets alone")
+    pose: Annotated[PoseSpec | None, REFERENCE] = Field(
+        None, description="pose in which the body is dressed; null: the rest pose"
+    )
     motion: list[MotionStepSpec] = Field([], description="poses to go through after the drape, in turn")
     garments: list[GarmentSpec] = Field(min_length=1, max_length=10, description="garments, from the skin outwards")
     mesh: MeshSpec = Field(MeshSpec(), description="the triangles")

@@ -23,7 +23,8 @@ class Reference:
 
     def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict[str, Any]:
         path = {"type": "string", "description": "path of a YAML file, relative to this one"}
-        return {"anyOf": [path, handler(core_schema)]}
+        part = handler(core_schema)
+        return {"anyOf": [path, *part.get("anyOf", [part])]}
 
 
 REFERENCE = Reference()

@@ -96,7 +96,7 @@ def _kind(schema: dict[str, Any]) -> str:
         return f"[{_title(name).lower()}](#{_anchor(name)})"
     if "anyOf" in schema:
         if schema["anyOf"][0].get("description", "").startswith("path of"):
-            return f"*part*: {_kind(schema['anyOf'][1])}"
+            return "*part*: " + " or ".join(_kind(option) for option in schema["anyOf"][1:])
         return " or ".join(_kind(option) for option in schema["anyOf"])
     if "enum" in schema:
         return ", ".join(f"`{value}`" for value in schema["enum"])

@@ -152,12 +152,13 @@ class CoarseSpace:
         for i in range(self.nv):
             stiff = ti.cast(self.matrix.contact[i], float) / (FILTER * mean_diagonal)
             kept = (ti.Matrix.identity(float, 3) + stiff).inverse()
-            self.filter[i] = kept if self.matrix.free[i] > 0 else ti.Matrix.zero(float, 3, 3)
+            free = self.matrix.free[i]
+            self.filter[i] = kept * free.outer_product(free)
         for i in range(self.nv):
             for n in range(self.slot_start[i], self.slot_start[i + 1]):
                 self.shift[n] = ti.Matrix.zero(float, 3, 3)
                 self.turn[n] = ti.Matrix.zero(float, 3, 3)
-            if self.matrix.free[i] > 0:
+            if self.matrix.free[i].max() > 0:
                 self._add(i, ti.cast(self.matrix.diagonal[i], float), self.diagonal_slot[i])
                 for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                     self._add(self.matrix.column[n], ti.cast(self.matrix.block[n], float), self.block_slot[n])

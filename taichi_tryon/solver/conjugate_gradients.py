@@ -35,8 +35,9 @@ class ConjugateGradients:
     def _begin(self):
         for i in range(self.nv):
             inverse = ti.cast(self.matrix.diagonal[i], float).inverse()
-            self.jacobi[i] = ti.cast(inverse if self.matrix.free[i] > 0 else ti.Matrix.zero(float, 3, 3), ti.f32)
-            self.r[i] = self.b[i] if self.matrix.free[i] > 0 else ti.Vector([0.0, 0.0, 0.0])
+            free = self.matrix.free[i]
+            self.jacobi[i] = ti.cast(inverse * free.outer_product(free), ti.f32)
+            self.r[i] = free * self.b[i]
             for field in ti.static((self.d, self.p, self.ap)):
                 field[i] = ti.Vector([0.0, 0.0, 0.0])
         for chunk in range(fields.CHUNKS):

@@ -41,7 +41,8 @@ class ImplicitStep:
     def __init__(
         self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, clock, free=None
     ):
-        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv,), False where held."""
+        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv, 3), False where and
+        along which axes a vertex is held."""
         self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
         self.x, self.v, self.a, self.x_start, self.x_hat, self.x_base, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(7)
@@ -50,16 +51,19 @@ class ImplicitStep:
         self.x_ref, self.v_ref, self.v_stage = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
         # after a step without inertia, ``a`` says nothing
         self.acceleration_known = False
+        # where what is held shall be at the end of a step; forces of all else on every vertex
+        self.held_at, self.pull = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
         tables = fields.Tables()
         tables.set(self.x, positions)
+        tables.set(self.held_at, positions)
         self.mass = tables.scalars(cloth.masses)
-        self.free = tables.scalars(np.ones(self.nv, int) if free is None else np.asarray(free, int))
+        self.free = tables.vectors(np.ones((self.nv, 3)) if free is None else np.asarray(free, float))
         self.gravity = ti.Vector.field(3, float, shape=())
         self.gravity[None] = gravity
         # share of its weight that each vertex bears
         self.bears = tables.scalars(np.ones(self.nv))
         tables.fill()
-        held = np.zeros(self.nv, bool) if free is None else ~np.asarray(free, bool)
+        held = np.zeros(self.nv, bool) if free is None else ~np.asarray(free, bool).any(axis=1)
         self.weight = float(np.linalg.norm(gravity) * np.linalg.norm(cloth.masses[~held])) or 1.0
         self.elastic = Elastic(cloth, self.x)
         samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
@@ -99,6 +103,7 @@ class ImplicitStep:
             if pose is not None:
                 pose(stage.end)
                 self.contact.carry(part / stage.end)
+            self._lead_held()
             solved, iterations, linear_iterations, residual = self._solve(1.0 / h, part * dt * inertia)
             newton, linear = newton + iterations, linear + linear_iterations
             if not solved:
@@ -239,14 +244,18 @@ class ImplicitStep:
         return float(np.sqrt(square / mass))
 
     @ti.kernel
+    def _lead_held(self):
+        for i in range(self.nv):
+            self.x[i] += (1.0 - self.free[i]) * (self.held_at[i] - self.x[i])
+
+    @ti.kernel
     def _gather_forces(self, inverse_dt: float):
         for i in range(self.nv):
-            f = ti.Vector([0.0, 0.0, 0.0])
-            if self.free[i] > 0:
-                f = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
-            self.force[i] = f
+            pull = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
+            f = self.free[i] * pull
+            self.pull[i], self.force[i] = pull, f
             drift = (self.x[i] - self.x_hat[i]) * (self.mass[i] * inverse_dt * inverse_dt)
-            self.linear.b[i] = f - drift if self.free[i] > 0 else f
+            self.linear.b[i] = f - self.free[i] * drift
 
     @ti.kernel
     def _sum_particles(self, inverse_dt: float):
@@ -322,6 +331,7 @@ class ImplicitStep:
         """Compile every kernel of a step, so that the first step costs no more than the others."""
         self.balance()
         self._begin_stage(0.0, 0.0, 1.0, 1.0)
+        self._lead_held()
         self._gather(1.0)
         self._potential(1.0)
         self.matrix.assemble(1.0)
@@ -359,6 +369,15 @@ class ImplicitStep:
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         fields.upload(self.elastic.rotation, state["rotation"])
+
+    def place_held(self, targets: np.ndarray) -> None:
+        """Where what is held shall be at the end of the next step: targets (nv, 3) [m]."""
+        fields.upload(self.held_at, targets)
+
+    def pulls(self) -> np.ndarray:
+        """(nv, 3) force [N] of all but the holds on each vertex at rest where the cloth is."""
+        self.balance()
+        return self.pull.to_numpy()
 
     def set_weight(self, share: np.ndarray) -> None:
         """Let each vertex bear a share (nv,) of its weight."""

@@ -10,8 +10,9 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``;
-    ``contact`` is the contact stiffness around each vertex, ``stiffness`` the mean of the diagonal without contact.
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``free``
+    (nv vectors) is 0 along the axes where a vertex is held, else 1; ``contact`` is the contact stiffness around each
+    vertex, ``stiffness`` the mean of the diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
@@ -97,13 +98,11 @@ class Matrix:
 
     @ti.func
     def row_product(self, i: int, vector: ti.template()):
-        """Row i of the matrix times a vector field that is zero at held vertices; zero in their rows."""
-        result = ti.Vector([0.0, 0.0, 0.0])
-        if self.free[i] > 0:
-            result = ti.cast(self.diagonal[i], float) @ vector[i]
-            for n in range(self.row_start[i], self.row_start[i + 1]):
-                result += ti.cast(self.block[n], float) @ vector[self.column[n]]
-        return result
+        """Row i of the matrix times a vector field that is zero where held; zero in those rows."""
+        result = ti.cast(self.diagonal[i], float) @ vector[i]
+        for n in range(self.row_start[i], self.row_start[i + 1]):
+            result += ti.cast(self.block[n], float) @ vector[self.column[n]]
+        return self.free[i] * result
 
 
 def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):

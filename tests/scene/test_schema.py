@@ -25,8 +25,8 @@ def test_every_field_is_described():
 
 def test_parts_are_paths_or_mappings():
     schema = json_schema()
-    path, mapping = schema["properties"]["body"]["anyOf"]
-    assert path["type"] == "string" and mapping == {"$ref": "#/$defs/BodySpec"}
+    path, mapping, none = schema["properties"]["body"]["anyOf"]
+    assert path["type"] == "string" and mapping == {"$ref": "#/$defs/BodySpec"} and none == {"type": "null"}
 
 
 def test_choices_are_those_of_their_owners():

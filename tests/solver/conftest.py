@@ -57,7 +57,7 @@ def stepper(_stepper, level, cloth):
     s.gravity[None] = GRAVITY
     s.contact.friction[None] = CONTACT.friction
     s.settings = EXACT
-    fields.upload(s.free, np.ones(nv, int))
+    fields.upload(s.free, np.ones((nv, 3)))
     return s
 
 

@@ -89,7 +89,7 @@ class Parts:
             [0.3 * np.sin(1.01 * points[:, 0] / 0.3), 5 + 0.3 * np.cos(1.01 * points[:, 0] / 0.3), 1.01 * points[:, 1]]
         )
         self.x.from_numpy(self.positions)
-        mass, free = ti.field(float, shape=nv), ti.field(ti.i32, shape=nv)
+        mass, free = ti.field(float, shape=nv), ti.Vector.field(3, float, shape=nv)
         mass.from_numpy(cloth.masses)
         free.fill(1)
         elastic = Elastic(cloth, self.x)

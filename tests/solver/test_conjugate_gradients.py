@@ -37,11 +37,11 @@ def test_it_finds_what_a_direct_solver_finds(solver, stepper, as_sparse):
 
 def test_held_vertices_do_not_move(solver, stepper, as_sparse):
     b = load(solver, 1)
-    free = np.ones(stepper.nv, int)
+    free = np.ones((stepper.nv, 3))
     free[:12] = 0
     fields.upload(stepper.free, free)
     solver.solve(1e-9, 5000, stepper.reach)
-    rows = np.flatnonzero(np.repeat(free, 3))
+    rows = np.flatnonzero(free.ravel())
     inner = as_sparse(stepper.matrix)[rows][:, rows].tocsc()
     exact = np.zeros(3 * stepper.nv)
     exact[rows] = spsolve(inner, b.ravel()[rows])

@@ -68,7 +68,7 @@ def test_linear_momentum_is_kept(stepper, level, cloth):
 def test_a_sheet_held_at_two_corners_comes_to_rest(stepper, sheet, level, cloth):
     positions = level(5.0)
     corners = [int(np.argmin(np.linalg.norm(sheet.points - at, axis=1))) for at in ((0, 0.1), (0.12, 0.1))]
-    free = np.ones(stepper.nv, int)
+    free = np.ones((stepper.nv, 3))
     free[corners] = 0
     fields.upload(stepper.free, free)
     put(stepper, positions)
@@ -86,7 +86,7 @@ def test_a_sheet_held_at_two_corners_comes_to_rest(stepper, sheet, level, cloth)
 def _pull(stepper, vertices) -> np.ndarray:
     """Force of the cloth on vertices that are held, weights left out: that which they would feel were they free."""
     held = stepper.free.to_numpy()
-    fields.upload(stepper.free, np.ones(stepper.nv, int))
+    fields.upload(stepper.free, np.ones((stepper.nv, 3)))
     net = stepper.net_forces()[vertices]
     fields.upload(stepper.free, held)
     return net - stepper.mass.to_numpy()[vertices, None] * stepper.gravity[None].to_numpy()

@@ -1,0 +1,45 @@
+"""Errors against edge length, both on logarithmic scales: a straight line shows the order of convergence."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from pathlib import Path
+
+from taichi_tryon.bench.record import Record
+from taichi_tryon.output.frames import replace_atomically
+
+REFINED = "edge_mm"
+
+
+def plot_convergence(records: Iterable[Record], folder: Path) -> list[Path]:
+    """``CASE_QUANTITY.png`` for every case that was refined; returns the files written."""
+    plots: dict[tuple[str, str], dict[str, list[tuple[float, float]]]] = defaultdict(lambda: defaultdict(list))
+    for record in records:
+        if REFINED in record.parameters and record.error_percent is not None:
+            rest = ", ".join(f"{value}" for key, value in record.parameters.items() if key != REFINED)
+            line = plots[record.case, record.quantity][rest]
+            line.append((float(record.parameters[REFINED]), abs(record.error_percent)))
+    written = []
+    for (case, quantity), lines in plots.items():
+        if any(len(line) > 1 for line in lines.values()):
+            path = folder / f"{case}_{quantity}.png"
+            _draw(path, f"{case}: {quantity}", lines)
+            written.append(path)
+    return written
+
+
+def _draw(path: Path, title: str, lines: dict[str, list[tuple[float, float]]]) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    axes = figure.add_subplot()
+    for name, points in lines.items():
+        axes.loglog(*zip(*sorted(points), strict=True), marker="o", label=name)
+    edges = sorted({edge for points in lines.values() for edge, _ in points})
+    greatest = max(error for points in lines.values() for _, error in points)
+    axes.loglog(edges, [greatest * (edge / edges[-1]) ** 2 for edge in edges], "k:", label="order 2")
+    axes.set(title=title, xlabel="edge length [mm]", ylabel="error [%]")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend(fontsize="small")
+    replace_atomically(path, lambda part: figure.savefig(part, format="png", dpi=120))

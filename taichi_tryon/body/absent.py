@@ -1,0 +1,30 @@
+"""The body of a scene that has none: nothing is near anywhere."""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon.body.density import FAR
+
+
+@ti.data_oriented
+class AbsentField:
+    """Answers as ``BodyField`` does where no ball reaches."""
+
+    def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
+        """There is nothing to move."""
+
+    @ti.func
+    def density(self, x) -> float:
+        return 0.0
+
+    @ti.func
+    def gap(self, x):
+        return self.gap_within(x, 0.0)
+
+    @ti.func
+    def gap_within(self, x, band):
+        return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0
+
+    @ti.func
+    def motion(self, x, winner):
+        return ti.Vector.zero(float, 3)

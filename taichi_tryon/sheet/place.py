@@ -1,0 +1,25 @@
+"""Where a sheet starts, and how fast."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from taichi_tryon.body.skeleton import rotation_matrix
+from taichi_tryon.mesh.garment import GarmentMesh
+from taichi_tryon.sheet.spec import SheetSpec
+from taichi_tryon.units import CM
+
+
+def place(spec: SheetSpec, mesh: GarmentMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (nv, 3) [m] and velocities (nv, 3) [m/s] at the start."""
+    flat = np.zeros((mesh.vertex_count, 2))
+    flat[mesh.point_vertex[::-1]] = mesh.pattern_points[::-1]  # of the points of one vertex the first counts
+    x, y = flat.T
+    local = np.column_stack([x, y, np.zeros_like(x)])
+    if spec.tube_radius_cm is not None:
+        angle, radius = 2 * np.pi * x / (spec.size_cm[0] * CM), spec.tube_radius_cm * CM
+        local = np.column_stack([radius * np.sin(angle), y, radius * np.cos(angle)])
+    positions = local @ rotation_matrix(spec.rotation_degree).T + np.array(spec.origin_cm) * CM
+    shares = np.bincount(mesh.triangles.ravel(), np.repeat(mesh.areas, 3), mesh.vertex_count)
+    arms = positions - shares @ positions / shares.sum()
+    return positions, np.array(spec.velocity_m_s) + np.cross(spec.spin_rad_s, arms)

@@ -1,0 +1,58 @@
+"""Plain sheets as they stand in YAML: centimetres, degrees."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from taichi_tryon.body.spec import DEGREES, Vector
+from taichi_tryon.spec import Spec, fault
+
+Length = Annotated[float, Field(gt=0, le=10_000)]
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+MeshKind = Literal["delaunay", "regular", "alternating", "jittered"]
+
+
+class SheetSpec(Spec):
+    """A flat piece of cloth in the plane of its own axes x and y, its outer side towards its own z; it is not dressed,
+    but starts where it is placed. Its shape is one of size_cm, diameter_cm and outline_cm."""
+
+    size_cm: Annotated[list[Length], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="rectangle from the sheet's origin: width along its x, height along its y"
+    )
+    diameter_cm: Length | None = Field(None, description="disk around the sheet's origin")
+    outline_cm: Annotated[list[Pair], Field(min_length=3)] | None = Field(
+        None, description="polygon of corners [x, y], not repeating the first"
+    )
+    grain_degree: float = Field(90.0, description="direction of the warp, from the sheet's x towards its y")
+    mesh: MeshKind = Field(
+        "delaunay",
+        description="delaunay: as garments are meshed; of a rectangle also regular: squares cut by parallel diagonals, "
+        "alternating: by diagonals in turn, jittered: regular with the inner vertices shifted at random",
+    )
+    lines_cm: list[Length] = Field(
+        [], description="x of lines across a rectangle that the mesh follows, such as the end of a clamp"
+    )
+    tube_radius_cm: Length | None = Field(
+        None,
+        description="roll a rectangle about its y axis to a tube of this radius, its right edge sewn to its left; "
+        "stretched where the circumference exceeds the width",
+    )
+    origin_cm: Vector = Field([0.0, 0.0, 0.0], description="where the sheet's origin (of a tube: its axis) is placed")
+    rotation_degree: Vector = Field([0.0, 0.0, 0.0], description=f"turns the sheet's axes, {DEGREES}")
+    velocity_m_s: Vector = Field([0.0, 0.0, 0.0], description="velocity at the start")
+    spin_rad_s: Vector = Field([0.0, 0.0, 0.0], description="angular velocity at the start, about the centre of mass")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> SheetSpec:
+        shapes = [key for key in ("size_cm", "diameter_cm", "outline_cm") if getattr(self, key) is not None]
+        if len(shapes) != 1:
+            raise fault(f"give one of size_cm, diameter_cm, outline_cm (got {', '.join(shapes) or 'none'})")
+        for key in ("mesh", "tube_radius_cm"):
+            if self.size_cm is None and getattr(self, key) not in ("delaunay", None):
+                raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
+        marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]
+        if self.lines_cm and not all(a < b for a, b in zip(marks, marks[1:], strict=False)):
+            raise fault("must rise, and lie within the width of a rectangle, size_cm", "lines_cm")
+        return self

@@ -1,0 +1,54 @@
+"""The references themselves, where there are published figures or a simpler way to them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from taichi_tryon.bench.accuracy.body_field import around
+from taichi_tryon.bench.accuracy.capstan import FRICTION, polygon
+from taichi_tryon.bench.accuracy.hanging_strip import extension
+from taichi_tryon.bench.accuracy.uniaxial import STRETCH, stress
+from taichi_tryon.bench.elastica import load_of, tip
+
+
+@pytest.mark.parametrize(
+    ("gamma", "drop", "slope"), [(1, 0.12347, 0.12456), (5, 0.49591, 0.58572), (20, 0.82988, 1.8639)]
+)
+def test_the_heavy_elastica(gamma, drop, slope):
+    y, x = tip(gamma)
+    assert y == pytest.approx(drop, abs=2e-5) and y / x == pytest.approx(slope, rel=1e-4)
+    assert load_of(3 * y, 3 * x) == pytest.approx(gamma, rel=1e-6)
+
+
+def test_a_light_elastica_is_a_beam():
+    assert tip(1e-3)[0] == pytest.approx(1e-3 / 8, rel=1e-5)
+
+
+def test_uniaxial_stress(moduli):
+    strain = (STRETCH**2 - 1) / 2
+    assert stress(moduli.stretch, 0.0) == pytest.approx(2392.8 * strain * STRETCH)
+    assert stress(moduli.stretch, math.pi / 2) == pytest.approx(2373.2 * strain * STRETCH)
+    compliance = (1 / 2392.8 + 1 / 2373.2 + 1 / 77.54) / 4
+    assert stress(moduli.stretch, math.pi / 4) == pytest.approx(strain / compliance, rel=0.02)
+
+
+def test_the_capstan_tends_to_eulers():
+    errors = [polygon(math.pi, n) / math.exp(FRICTION * math.pi) - 1 for n in (8, 16, 32)]
+    assert errors[2] > 0 and errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.02)
+
+
+def test_a_strip_hangs_by_its_weight():
+    assert extension(1e6, 2.0) == pytest.approx(2.0 / 2e6, rel=1e-4)
+
+
+def test_points_around_an_ellipsoid_are_as_far_as_they_say():
+    half = np.array([0.08, 0.12, 0.05])
+    points, distance = around(half)
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(0, np.pi, 400), np.linspace(0, 2 * np.pi, 800)))
+    skin = half * np.column_stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)])
+    for point, expected in zip(points[:20], distance[:20], strict=True):
+        found = np.linalg.norm(skin - point, axis=1).min()
+        assert found == pytest.approx(abs(expected), abs=3e-4)
+        assert (((point / half) ** 2).sum() > 1) == (expected > 0)

@@ -1,0 +1,46 @@
+"""Where sheets start."""
+
+import numpy as np
+import pytest
+
+from taichi_tryon.sheet.mesh import sheet_mesh
+from taichi_tryon.sheet.place import place
+from taichi_tryon.sheet.spec import SheetSpec
+
+
+def placed(**keys):
+    spec = SheetSpec(**keys)
+    mesh = sheet_mesh(spec, 0.01, "strip")
+    return mesh, *place(spec, mesh)
+
+
+def normals(mesh, positions):
+    a, b, c = (positions[mesh.triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a), axis=1)[:, None]
+
+
+def test_it_is_turned_and_shifted():
+    mesh, positions, velocities = placed(size_cm=[6, 4], origin_cm=[1, 100, 0], rotation_degree=[-90, 0, 0])
+    assert positions[:, 1] == pytest.approx(1.0)
+    assert normals(mesh, positions) == pytest.approx(np.tile([0.0, 1.0, 0.0], (len(mesh.triangles), 1)))
+    assert positions.min(axis=0) == pytest.approx([0.01, 1.0, -0.04]) and positions.max(axis=0)[0] == pytest.approx(
+        0.07
+    )
+    assert not velocities.any()
+
+
+def test_a_tube_lies_on_its_cylinder_outside_out():
+    mesh, positions, _ = placed(size_cm=[20, 4], tube_radius_cm=4, rotation_degree=[90, 0, 0], origin_cm=[0, 0, 1])
+    assert np.hypot(positions[:, 0], positions[:, 1]) == pytest.approx(0.04)
+    assert sorted({*positions[:, 2].round(9)})[0] == pytest.approx(0.01)
+    middle = positions[mesh.triangles].mean(axis=1)
+    outward = middle[:, :2] / np.linalg.norm(middle[:, :2], axis=1)[:, None]
+    assert (normals(mesh, positions)[:, :2] * outward).sum(axis=1).min() > 0.98
+
+
+def test_it_flies_and_spins_about_its_centre():
+    keys = {"size_cm": [6, 4], "origin_cm": [5, 5, 5], "velocity_m_s": [1, 2, 3], "spin_rad_s": [0, 0, 2]}
+    _, positions, velocities = placed(**keys)
+    centre = np.array([0.08, 0.07, 0.05])
+    expected = np.array([1, 2, 3]) + np.cross([0, 0, 2], positions - centre)
+    assert velocities == pytest.approx(expected, abs=1e-9)
