@@ -29,9 +29,7 @@ def strip(make_sheet, moduli, floor_and_ball_field):
     sheet = make_sheet(LENGTH, 0.05, 0.05)
     cloth = Cloth.join([(sheet, moduli)])
     flat = np.column_stack([sheet.points[:, 0], np.full(len(sheet.points), 5.0), -sheet.points[:, 1]])
-    stepper = ImplicitStep(
-        cloth, floor_and_ball_field, flat, (1e7, 5e-4, 0.3), GRAVITY, CONVERGED, Stopwatch(), flat[:, 0] > 1e-9
-    )
+    stepper = ImplicitStep(cloth, floor_and_ball_field, flat, (1e7, 5e-4, 0.3), GRAVITY, CONVERGED, Stopwatch())
     return SimpleNamespace(stepper=stepper, cloth=cloth, flat=flat, held=flat[:, 0] < 1e-9)
 
 
@@ -40,7 +38,8 @@ def put(strip, scheme, positions, velocities=None, held=True, gravity=GRAVITY, *
     s, nv = strip.stepper, len(positions)
     s.settings = replace(CONVERGED, scheme=scheme, **settings)
     s.gravity[None] = gravity
-    s.free.from_numpy(1 - (strip.held & held).astype(np.int32))
+    s.free.from_numpy(np.repeat(1.0 - (strip.held & held)[:, None], 3, axis=1))
+    s.place_held(positions)
     s.elastic.tau.fill(0.0)
     s.elastic.hinge_tau.fill(0.0)
     s.restore(
