@@ -79,11 +79,7 @@ class ImplicitStep:
     # -- one step -------------------------------------------------------------------------------------------------
 
     def step(
-        self,
-        dt: float,
-        inertia: float = 1.0,
-        pose: Callable[[float], None] | None = None,
-        error_limit: float = np.inf,
+        self, dt: float, inertia: float = 1.0, pose: Callable[[float], None] | None = None, error_limit: float = np.inf
     ) -> StepResult:
         """Move the cloth on by ``dt`` [s]; where it fails the cloth stays as it was.
 
