@@ -2,28 +2,23 @@ import numpy as np
 import pytest
 
 from taichi_tryon.mesh.garment import build
-from taichi_tryon.pattern.panel import Pattern
-from taichi_tryon.pattern.spec import PatternSpec
-
-SQUARE = {
-    "points_cm": {"A": [0, 0], "B": [20, 0], "C": [20, 30], "D": [0, 30]},
-    "edges": [
-        {"name": "bottom", "line": ["A", "B"]},
-        {"name": "right", "line": ["B", "C"]},
-        {"name": "top", "line": ["C", "D"]},
-        {"name": "left", "line": ["D", "A"]},
-    ],
-}
+from taichi_tryon.pattern.panel import Band, Pattern
 
 
-def mesh(**band):
-    edges = {"edges": [["front", "top"], ["front", "left"]]}
-    spec = {"pattern": "square", "panels": {"front": SQUARE}, "bands": [{"name": "tape", **edges, **band}]}
-    return build(Pattern.from_spec(PatternSpec.model_validate(spec)), 0.02, "square")
+@pytest.fixture
+def mesh(polygon_panel):
+    """Makes a rectangle with a tape along its upper and left sides."""
+
+    def make(length=None):
+        panel = polygon_panel("front", [[0, 0], [0.2, 0], [0.2, 0.3], [0, 0.3]])
+        band = Band("tape", (("front", "e2"), ("front", "e3")), length, 100.0)
+        return build(Pattern("square", {"front": panel}, (), (band,)), 0.02, "square")
+
+    return make
 
 
-def test_a_tape_follows_its_edges_and_is_as_long():
-    garment = mesh(stiffness_N=100)
+def test_a_tape_follows_its_edges_and_is_as_long(mesh):
+    garment = mesh()
     points = garment.pattern_points[np.argsort(garment.point_vertex)]
     ends = points[garment.tapes.vertices]
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), garment.tapes.lengths)
@@ -32,8 +27,8 @@ def test_a_tape_follows_its_edges_and_is_as_long():
     np.testing.assert_array_equal(garment.tapes.vertices[1:, 0], garment.tapes.vertices[:-1, 1])
 
 
-def test_a_shorter_tape_is_spread_evenly():
-    plain, short = mesh(stiffness_N=100), mesh(stiffness_N=100, length_cm=45)
+def test_a_shorter_tape_is_spread_evenly(mesh):
+    plain, short = mesh(), mesh(length=0.45)
     np.testing.assert_allclose(short.tapes.lengths, 0.9 * plain.tapes.lengths)
 
 
