@@ -53,7 +53,7 @@ class Simulation:
     def __init__(self, setup: Setup, clock: Stopwatch):
         scene = setup.scene
         self.setup, self.scene, self.clock = setup, scene, clock
-        contact, solver = scene.contact, scene.solver
+        contact, layers, solver = scene.contact, scene.contact.layers, scene.solver
         self._moving = StepSettings(
             tolerance=solver.newton_tolerance,
             max_newton_iterations=solver.max_newton_iterations,
@@ -82,6 +82,7 @@ class Simulation:
                 self._moving,
                 clock,
                 setup.holds.free,
+                layers and (layers.stiffness_N_per_m3, layers.thickness_mm * MM),
             )
             self.stepper.compile()
             fields.upload(self.stepper.v, setup.velocities)

@@ -66,6 +66,20 @@ class MeshSpec(Spec):
     edge_length_mm: float = Field(12.0, ge=1, le=100, description="mean edge length aimed at")
 
 
+class LayersSpec(Spec):
+    """Contact of cloth with cloth."""
+
+    thickness_mm: float = Field(
+        1.0,
+        gt=0,
+        le=10,
+        description="distance t between the middle surfaces of two layers at which they begin to touch",
+    )
+    stiffness_N_per_m3: float = Field(
+        1.0e8, ge=1e4, le=1e11, description="k: at a distance d little below t the pressure is about 3 k (t - d)^2 / t"
+    )
+
+
 class ContactSpec(Spec):
     """Contact of cloth and body."""
 
@@ -75,6 +89,9 @@ class ContactSpec(Spec):
     )
     stiffness_N_per_m3: float = Field(
         1.0e7, ge=1e4, le=1e10, description="k: at the depth d below t the pressure is k d^2 / t, at the skin k t"
+    )
+    layers: LayersSpec | None = Field(
+        None, description="contact of cloth with cloth, of one garment and between garments; null: they do not meet"
     )
 
 

@@ -34,7 +34,7 @@ class ConjugateGradients:
     @ti.kernel
     def _begin(self):
         for i in range(self.nv):
-            inverse = ti.cast(self.matrix.diagonal[i], float).inverse()
+            inverse = self.matrix.own(i).inverse()
             free = self.matrix.free[i]
             self.jacobi[i] = ti.cast(inverse * free.outer_product(free), ti.f32)
             self.r[i] = free * self.b[i]

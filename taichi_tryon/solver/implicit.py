@@ -18,12 +18,14 @@ from taichi_tryon import fields
 from taichi_tryon.cloth.elastic import Elastic
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.cloth import ClothContact
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.solver import schemes
 from taichi_tryon.solver.coarse import CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
 from taichi_tryon.solver.settings import StepResult, StepSettings
+from taichi_tryon.solver.way import Way
 
 # the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
 LEAST_SHARE, TOLERATED = 1 / 64, 0.01
@@ -32,6 +34,8 @@ LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 EXACT_BELOW = 1e-3
 # Newton iterations that share a coarse space
 REFRESH = 2
+# how often a direction is corrected for cloth that would meet cloth, and the stiffness against it over the matrix's own
+GUARDS, GUARD = 4, 10.0
 
 
 @ti.data_oriented
@@ -39,12 +43,13 @@ class ImplicitStep:
     """Positions ``x``, velocities ``v`` and laws of the cloth, and the step that moves them on."""
 
     def __init__(
-        self, cloth: Cloth, body, positions: np.ndarray, contact, gravity, settings: StepSettings, clock, free=None
+        self, cloth: Cloth, body, positions, contact, gravity, settings: StepSettings, clock, free=None, layers=None
     ):
         """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv, 3), False where and
-        along which axes a vertex is held."""
+        along which axes a vertex is held; layers: stiffness and thickness of the contact of cloth with cloth, None
+        where it is not wanted."""
         self.nv, self.settings, self.clock = cloth.vertex_count, settings, clock
-        self.x, self.v, self.a, self.x_start, self.x_hat, self.x_base, self.force = (
+        self.x, self.v, self.a, self.x_start, self.x_hat, self.path, self.force = (
             ti.Vector.field(3, float, shape=self.nv) for _ in range(7)
         )
         # of the stage that is solved, and the velocity at which the one before ended: see schemes
@@ -68,13 +73,15 @@ class ImplicitStep:
         self.elastic = Elastic(cloth, self.x)
         samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
-        self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free)
+        self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
+        self.layered = layers is not None
+        self.way = Way(self.x, self.path, self.layers)
+        self.matrix = Matrix(self.elastic, self.contact, self.layers, self.mass, self.free)
         self.coarse, self.reach = None, 1.0
         if settings.preconditioner == "coarse":
             self.coarse, self.reach = CoarseSpace.over(cloth, self.matrix, self.x)
         self.linear = ConjugateGradients(self.matrix, self.coarse)
         self.sums = ti.Vector.field(4, ti.f64, shape=fields.CHUNKS)
-        self.peaks = ti.field(ti.f64, shape=fields.CHUNKS)
 
     # -- one step -------------------------------------------------------------------------------------------------
 
@@ -96,10 +103,12 @@ class ImplicitStep:
             self._begin_stage(stage.ahead * dt, stage.beyond, h, inertia)
             if stage.ahead + stage.beyond > 0.0:
                 self.elastic.begin_stage(self.v, stage.ahead * dt, stage.beyond)
+            self.way.start()
             if pose is not None:
                 pose(stage.end)
                 self.contact.carry(part / stage.end)
             self._lead_held()
+            self.way.arrive()
             solved, iterations, linear_iterations, residual = self._solve(1.0 / h, part * dt * inertia)
             newton, linear = newton + iterations, linear + linear_iterations
             if not solved:
@@ -107,7 +116,7 @@ class ImplicitStep:
             since = stage.end
             if since < 1.0:
                 self._end_stage(1.0 / h)
-        moved = self._farthest()
+        moved = self.way.gone_from(self.x_start)
         error = dt * self._error(1.0 / h, scheme.error) if solved and np.isfinite(error_limit) else 0.0
         accepted = solved and error <= error_limit
         if accepted:
@@ -128,7 +137,7 @@ class ImplicitStep:
         """Newton's method on Phi; whether it got anywhere, iterations, those of the linear solver, the residual."""
         s = self.settings
         self._evaluate(inverse_dt)
-        self.contact.bind(1, ahead)
+        self._bind(1, ahead)
         residual = self._gather(inverse_dt)[0]
         newton = linear = 0
         progress = False
@@ -137,11 +146,15 @@ class ImplicitStep:
             exact = max(residual, s.tolerance) < EXACT_BELOW
             linear += self._solve_linear(inverse_dt, exact, refresh=newton % REFRESH == 0)
             newton += 1
-            share = self._search(before, inverse_dt)
+            part = self.way.aim(self.linear.d, s.longest_move)
+            if self.layered and part > 0.0:
+                linear += self._stay_apart()
+                self.layers.keep_apart()
+            share = self._search(before, inverse_dt) if part > 0.0 else 0.0
             if share == 0.0:
                 break
             progress = True
-            self.contact.bind(0, 0.0)
+            self._bind(0, 0.0)
             residual = self._gather(inverse_dt)[0]
             if residual <= s.tolerance:
                 break
@@ -156,24 +169,43 @@ class ImplicitStep:
             return iterations + self._solve_linear(inverse_dt, exact=False, refresh=True)
         return iterations
 
+    def _stay_apart(self) -> int:
+        """Solve anew with springs between what would meet on the way, until nothing would, or too often."""
+        s, linear = self.settings, 0
+        stiffness = GUARD * float(self.linear.stiffness_sum.to_numpy().sum()) / self.nv
+        for _ in range(GUARDS):
+            first = self.layers.count
+            if not self.layers.guard(stiffness):
+                break
+            self.layers.push(self.linear.b, first)
+            linear += self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=False)[0]
+            if self.way.aim(self.linear.d, s.longest_move) == 0.0:
+                break
+        return linear
+
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
         with self.clock("contact"):
             self.contact.evaluate()
+        if self.layered:
+            with self.clock("layers"):
+                self.layers.evaluate()
+
+    def _bind(self, first: int, ahead: float):
+        self.contact.bind(first, ahead)
+        if self.layered:
+            with self.clock("layers"):
+                self.layers.bind()
 
     def _search(self, before: float, inverse_dt: float) -> float:
-        """Go along d as far as Phi falls; returns the share of d gone, 0 where none can be.
+        """Go along d as far as Phi falls; returns the share of the way gone, 0 where none can be.
 
         Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all
         the rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
         """
-        longest = self._longest_direction()
-        if not np.isfinite(longest):
-            return 0.0
-        share = min(1.0, self.settings.longest_move / max(longest, 1e-30))
-        self._keep_base()
-        while True:
-            self._move(share)
+        share = 1.0
+        while share > 0.0:
+            self.way.go(share)
             self._evaluate(inverse_dt)
             rise = self._potential(inverse_dt) - before
             if rise <= 1e-9 * abs(before):
@@ -181,15 +213,16 @@ class ImplicitStep:
             if share < 2 * LEAST_SHARE:
                 break
             share *= 0.5
-        if rise <= TOLERATED * self._stored(inverse_dt):
+        if share > 0.0 and rise <= TOLERATED * self._stored(inverse_dt):
             return share
-        self._move(0.0)
+        self.way.go(0.0)
         self._evaluate(inverse_dt)
         return 0.0
 
     def _stored(self, inverse_dt: float) -> float:
         """Elastic and contact energy [J] at the positions last evaluated."""
-        return float(self.elastic.energies(inverse_dt).sum()) + self.contact.energy()
+        between = self.layers.stored if self.layered else 0.0
+        return float(self.elastic.energies(inverse_dt).sum()) + self.contact.energy() + between
 
     def _potential(self, inverse_dt: float) -> float:
         self._sum_particles(inverse_dt)
@@ -248,6 +281,8 @@ class ImplicitStep:
     def _gather_forces(self, inverse_dt: float):
         for i in range(self.nv):
             pull = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
+            if ti.static(self.layered):
+                pull += self.layers.force(i)
             f = self.free[i] * pull
             self.pull[i], self.force[i] = pull, f
             drift = (self.x[i] - self.x_hat[i]) * (self.mass[i] * inverse_dt * inverse_dt)
@@ -274,16 +309,6 @@ class ImplicitStep:
             self.sums[chunk] = total
 
     @ti.kernel
-    def _keep_base(self):
-        for i in range(self.nv):
-            self.x_base[i] = self.x[i]
-
-    @ti.kernel
-    def _move(self, share: float):
-        for i in range(self.nv):
-            self.x[i] = self.x_base[i] + share * self.linear.d[i]
-
-    @ti.kernel
     def _finish(self, inverse_h: float):
         for i in range(self.nv):
             self.v[i] = (self.x[i] - self.x_ref[i]) * inverse_h
@@ -293,33 +318,6 @@ class ImplicitStep:
     def _restore(self):
         for i in range(self.nv):
             self.x[i] = self.x_start[i]
-
-    @ti.kernel
-    def _peak(self, which: ti.template()):
-        for chunk in range(fields.CHUNKS):
-            low, high = fields.chunk_bounds(chunk, self.nv)
-            peak = ti.cast(0.0, ti.f64)
-            for i in range(low, high):
-                a = self.linear.d[i]
-                if ti.static(which == 1):
-                    a = self.x[i] - self.x_start[i]
-                if ti.static(which == 2):
-                    a = self.v[i]
-                size = ti.cast(a.norm(), ti.f64)
-                # a NaN or infinity must win over every number
-                if not size < 1e300:
-                    size = 1e300
-                peak = ti.max(peak, size)
-            self.peaks[chunk] = peak
-
-    def _longest_direction(self) -> float:
-        self._peak(0)
-        peak = float(self.peaks.to_numpy().max())
-        return peak if peak < 1e300 else np.inf
-
-    def _farthest(self) -> float:
-        self._peak(1)
-        return float(self.peaks.to_numpy().max())
 
     # -- what others ask ------------------------------------------------------------------------------------------
 
@@ -332,10 +330,9 @@ class ImplicitStep:
         self._potential(1.0)
         self.matrix.assemble(1.0)
         self.linear.solve(0.5, 1, self.reach)
-        self._longest_direction()
-        self._keep_base()
-        self._move(0.0)
-        self._farthest()
+        self.way.aim(self.linear.d, 1e-6)
+        self.way.go(0.0)
+        self.way.gone_from(self.x_start)
         self._restore()
         self.contact.end_step()
         if schemes.SCHEMES[self.settings.scheme].order > 1:
@@ -386,14 +383,15 @@ class ImplicitStep:
 
     def fastest(self) -> float:
         """Greatest speed of a vertex [m/s]."""
-        self._peak(2)
-        return float(self.peaks.to_numpy().max())
+        return self.way.peak(self.v)
 
     def balance(self) -> float:
         """Net force on the free vertices over the weight, 2-norms, at rest where the cloth is: 0 in equilibrium."""
         self._begin()
         self._begin_stage(0.0, 0.0, 0.0, 0.0)
         self.elastic.begin_step()
+        self.way.start()
+        self.way.arrive()
         self._evaluate(0.0)
-        self.contact.bind(1, 0.0)
+        self._bind(1, 0.0)
         return self._gather(0.0)[1]

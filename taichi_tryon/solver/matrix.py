@@ -11,13 +11,15 @@ class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
     Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``free``
-    (nv vectors) is 0 along the axes where a vertex is held, else 1; ``contact`` is the contact stiffness around each
+    (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth lays on cloth, whose pairs come and go,
+    is added as it is, by the law ``layers`` or None; ``contact`` is the contact stiffness around each
     vertex, ``stiffness`` the mean of the diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
-    def __init__(self, elastic, contact, mass, free):
-        self.elastic, self.contact_law, self.mass, self.free = elastic, contact, mass, free
+    def __init__(self, elastic, contact, layers, mass, free):
+        self.elastic, self.contact_law, self.layers, self.mass, self.free = elastic, contact, layers, mass, free
+        self.layered = layers is not None
         self.nv = mass.shape[0]
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
@@ -93,8 +95,10 @@ class Matrix:
             for n in range(self.row_start[i], self.row_start[i + 1]):
                 diagonal -= ti.cast(self.block[n], float)
             self.diagonal[i] = ti.cast(diagonal, ti.f32)
-            self.contact[i] = ti.cast(around, ti.f32)
             self.stiffness[i] = (diagonal - own).trace() / 3.0
+            if ti.static(self.layered):
+                around += self.layers.own(i)
+            self.contact[i] = ti.cast(around, ti.f32)
 
     @ti.func
     def row_product(self, i: int, vector: ti.template()):
@@ -102,7 +106,17 @@ class Matrix:
         result = ti.cast(self.diagonal[i], float) @ vector[i]
         for n in range(self.row_start[i], self.row_start[i + 1]):
             result += ti.cast(self.block[n], float) @ vector[self.column[n]]
+        if ti.static(self.layered):
+            result += self.layers.product(i, vector)
         return self.free[i] * result
+
+    @ti.func
+    def own(self, i: int):
+        """Block of vertex i with itself."""
+        result = ti.cast(self.diagonal[i], float)
+        if ti.static(self.layered):
+            result += self.layers.own(i)
+        return result
 
 
 def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):

@@ -1,0 +1,161 @@
+"""Which pieces of cloth may come near each other on their way: pairs of a vertex and a triangle, or of two edges.
+
+Boxes around the paths of edges and triangles are sorted into the cells of a grid; every vertex looks for triangles in
+the cells of its own box, every edge for edges. What is found is sorted: the same pairs in the same order every run.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon import fields
+from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.contact.distance import EDGES, FACE, distance
+from taichi_tryon.contact.passage import reach
+
+# cells of the grid at most, and their size in mean lengths of an edge
+CELLS, CELL_SIZE = 1 << 19, 1.5
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """``kind`` (k,) int32, FACE or EDGES, and ``corners`` (k, 4) of each pair; ``key`` (k,) int64 names it for good."""
+
+    kind: np.ndarray
+    corners: np.ndarray
+    key: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def __getitem__(self, chosen) -> "Pairs":
+        return Pairs(self.kind[chosen], self.corners[chosen], self.key[chosen])
+
+
+@ti.data_oriented
+class Proximity:
+    """Finds the pairs of a cloth at ``x`` that come nearer than ``distance`` [m] on the way along ``path``, and some
+    that do not quite; pieces that share a corner are no pair."""
+
+    def __init__(self, cloth: Cloth, x, path, distance: float):
+        nv, edges, triangles = cloth.vertex_count, cloth.hinges[:, :2], cloth.triangles
+        self.x, self.path, self.distance = x, path, distance
+        # vertices, edges and triangles in one row: the first two look, the last two are looked for
+        self.nv, self.lookers, self.count = nv, nv + len(edges), nv + len(edges) + len(triangles)
+        ids = np.arange(nv)
+        self.corners = np.vstack([np.column_stack([ids, ids, ids]), edges[:, [0, 1, 1]], triangles]).astype(np.int32)
+        tables = fields.Tables()
+        self.corner = tables.vectors(self.corners)
+        tables.fill()
+        self.low, self.high = (ti.Vector.field(3, float, shape=self.count) for _ in range(2))
+        self.cell = CELL_SIZE * float(np.sqrt(4 / np.sqrt(3) * cloth.areas.mean())) + distance
+        self.slots = 8
+
+    def find(self) -> Pairs:
+        """The pairs on the paths as they are."""
+        self._box()
+        low, size, shape = self._grid()
+        count = np.zeros(2 * int(np.prod(shape)), np.int32)
+        grid = (*low, size, *(int(n) for n in shape))
+        self._sort(*grid, count, np.zeros(1, np.int32), 0)
+        start = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
+        items = np.empty(max(int(start[-1]), 1), np.int32)
+        self._sort(*grid, start[:-1].copy(), items, 1)
+        found = np.empty((self.lookers, self.slots), np.int32)
+        number = np.zeros(self.lookers, np.int32)
+        self._look(*grid, start, items, found, number)
+        if number.max() > self.slots:
+            self.slots = 1 << int(number.max()).bit_length()
+            found = np.empty((self.lookers, self.slots), np.int32)
+            self._look(*grid, start, items, found, number)
+        first = np.repeat(np.arange(self.lookers), number)
+        second = found[np.arange(self.slots) < number[:, None]]
+        return self._pairs(np.sort(first * self.count + second))
+
+    def _pairs(self, key: np.ndarray) -> Pairs:
+        first, second = np.divmod(key, self.count)
+        a, b = self.corners[first], self.corners[second]
+        edges = first >= self.nv
+        corners = np.where(edges[:, None], np.hstack([a[:, :2], b[:, :2]]), np.hstack([a[:, :1], b]))
+        kind = np.where(edges, EDGES, FACE).astype(np.int32)
+        return Pairs(kind, np.ascontiguousarray(corners, np.int32), key)
+
+    def _grid(self) -> tuple[np.ndarray, float, np.ndarray]:
+        """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
+        low, high = self.low.to_numpy().min(axis=0), self.high.to_numpy().max(axis=0)
+        size = self.cell
+        while True:
+            shape = np.floor((high - low) / size) + 1
+            if shape.prod() <= CELLS:
+                return low, size, shape.astype(int)
+            size *= 1.26
+
+    @ti.kernel
+    def _box(self):
+        for b in range(self.count):
+            i = self.corner[b]
+            low, high = self.x[i[0]], self.x[i[0]]
+            for k in range(3):
+                at = self.x[i[k]]
+                end = at + self.path[i[k]]
+                low, high = ti.min(low, at, end), ti.max(high, at, end)
+            self.low[b], self.high[b] = low - 0.5 * self.distance, high + 0.5 * self.distance
+
+    @ti.kernel
+    def _sort(
+        self, x: float, y: float, z: float, size: float, nx: int, ny: int, nz: int,
+        place: ti.types.ndarray(), items: ti.types.ndarray(), write: int,
+    ):  # fmt: skip
+        """Count what lies in each cell, edges and triangles apart; then ``write`` it there, ``place`` being the next
+        free place of each cell."""
+        for b in range(self.nv, self.count):
+            origin = ti.Vector([x, y, z])
+            a = ti.cast((self.low[b] - origin) / size, ti.i32)
+            e = ti.cast((self.high[b] - origin) / size, ti.i32)
+            for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
+                n = ti.atomic_add(place[2 * ((i * ny + j) * nz + k) + ti.cast(b >= self.lookers, ti.i32)], 1)
+                if write == 1:
+                    items[n] = b
+
+    @ti.kernel
+    def _look(
+        self, x: float, y: float, z: float, size: float, nx: int, ny: int, nz: int,
+        start: ti.types.ndarray(), items: ti.types.ndarray(), found: ti.types.ndarray(), number: ti.types.ndarray(),
+    ):  # fmt: skip
+        for q in range(self.lookers):
+            origin = ti.Vector([x, y, z])
+            low, high = self.low[q], self.high[q]
+            a = ti.cast((low - origin) / size, ti.i32)
+            e = ti.cast((high - origin) / size, ti.i32)
+            kind = EDGES if q >= self.nv else FACE
+            count = 0
+            for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
+                cell = 2 * ((i * ny + j) * nz + k) + ti.cast(kind == FACE, ti.i32)
+                for n in range(start[cell], start[cell + 1]):
+                    b = items[n]
+                    # edges are met twice, and boxes in every cell that they share: once is enough
+                    least = ti.max(low, self.low[b])
+                    at = ti.cast((least - origin) / size, ti.i32)
+                    once = b > q and at[0] == i and at[1] == j and at[2] == k
+                    if once and (least <= ti.min(high, self.high[b])).all() and self._near(kind, q, b):
+                        if count < found.shape[1]:
+                            found[q, count] = b
+                        count += 1
+            number[q] = count
+
+    @ti.func
+    def _near(self, kind: int, q: int, b: int):
+        """Whether the two share no corner and can come nearer than ``distance``."""
+        p, r = self.corner[q], self.corner[b]
+        i = ti.Vector([p[0], r[0], r[1], r[2]])
+        apart = p[0] != r[0] and p[0] != r[1] and p[0] != r[2]
+        if kind == EDGES:
+            i = ti.Vector([p[0], p[1], r[0], r[1]])
+            apart = apart and p[1] != r[0] and p[1] != r[1]
+        near = False
+        if apart:
+            now = distance(kind, self.x[i[0]], self.x[i[1]], self.x[i[2]], self.x[i[3]])
+            gone = reach(kind, self.path[i[0]], self.path[i[1]], self.path[i[2]], self.path[i[3]])
+            near = now < self.distance + gone
+        return near

@@ -1,0 +1,89 @@
+"""The way that the cloth goes at a time: short enough that nothing jumps through a limb, or cloth through cloth."""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon import fields
+
+HUGE = 1e300
+
+
+@ti.data_oriented
+class Way:
+    """Moves the cloth ``x`` from a ``base`` along ``path``; ``layers``, a ClothContact over the same path or None,
+    shortens it where cloth would meet cloth."""
+
+    def __init__(self, x, path, layers):
+        self.x, self.path, self.layers, self.nv = x, path, layers, x.shape[0]
+        self.base = ti.Vector.field(3, float, shape=self.nv)
+        self.peaks = ti.field(ti.f64, shape=fields.CHUNKS)
+
+    def start(self) -> None:
+        """From here on the cloth is moved by others."""
+        if self.layers is not None:
+            self._keep_base()
+
+    def arrive(self) -> None:
+        """Let the cloth be where it was moved to since ``start``, or as near to it as its layers let it."""
+        if self.layers is not None:
+            self._measure(self.base)
+            self.layers.look_ahead()
+            self.layers.keep_apart()
+            self.go(1.0)
+
+    def gone_from(self, start) -> float:
+        """Farthest that any vertex is [m] from where it was at ``start``; takes the path for it."""
+        self._measure(start)
+        return self.peak(self.path)
+
+    def aim(self, direction, longest_move: float) -> float:
+        """Start along a ``direction``, no vertex further than ``longest_move`` [m]; the part of it that is gone, 0
+        where it is not finite."""
+        longest = self.peak(direction)
+        if not np.isfinite(longest):
+            return 0.0
+        share = min(1.0, longest_move / max(longest, 1e-30))
+        self._aim(share, direction)
+        if self.layers is not None:
+            self.layers.look_ahead()
+        return share
+
+    def peak(self, vectors) -> float:
+        """Length of the longest of a field of vectors, infinite where one is not finite."""
+        self._peak(vectors)
+        peak = float(self.peaks.to_numpy().max())
+        return peak if peak < HUGE else np.inf
+
+    @ti.kernel
+    def _peak(self, vectors: ti.template()):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            peak = ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                size = ti.cast(vectors[i].norm(), ti.f64)
+                # a NaN or infinity must win over every number
+                if not size < HUGE:
+                    size = HUGE
+                peak = ti.max(peak, size)
+            self.peaks[chunk] = peak
+
+    @ti.kernel
+    def _keep_base(self):
+        for i in range(self.nv):
+            self.base[i] = self.x[i]
+
+    @ti.kernel
+    def _measure(self, start: ti.template()):
+        for i in range(self.nv):
+            self.path[i] = self.x[i] - start[i]
+
+    @ti.kernel
+    def _aim(self, share: float, direction: ti.template()):
+        for i in range(self.nv):
+            self.base[i], self.path[i] = self.x[i], share * direction[i]
+
+    @ti.kernel
+    def go(self, part: float):
+        """Be at a part of the path."""
+        for i in range(self.nv):
+            self.x[i] = self.base[i] + part * self.path[i]
