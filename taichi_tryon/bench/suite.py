@@ -29,6 +29,7 @@ SUITES = {
         "tube",
         "capstan",
         "flight",
+        "swing",
         "cantilever",
     ),  # fmt: skip
 }

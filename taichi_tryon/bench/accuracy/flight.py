@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from taichi_tryon.bench.energy import mechanical
 from taichi_tryon.bench.record import Record, absolute, relative
 from taichi_tryon.bench.simulate import simulate
 from taichi_tryon.simulation import Simulation
@@ -27,7 +28,7 @@ def records(quick: bool) -> Iterator[Record]:
 
         def watch(running: Simulation, start: list[float] = start) -> None:
             if not start:
-                start.append(energy(running))
+                start.append(mechanical(running))
 
         done = simulate("flight", f"solver.scheme={scheme}", watch=watch)
         masses, where = done.setup.cloth.masses, {"scheme": scheme}
@@ -36,7 +37,7 @@ def records(quick: bool) -> Iterator[Record]:
         for name, one, other in zip(("linear_momentum", "angular_momentum"), before, after, strict=True):
             change = np.linalg.norm(other - one) / np.linalg.norm(one)
             yield absolute("flight", where, f"{name}_change", "relative", change, 0.0, LIMIT, done.wall_s)
-        yield relative("flight", where, "energy", "J", energy(done.simulation), start[0], DRIFT.get(scheme),
+        yield relative("flight", where, "energy", "J", mechanical(done.simulation), start[0], DRIFT.get(scheme),
                        done.wall_s)  # fmt: skip
 
 
@@ -44,11 +45,3 @@ def momenta(masses: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -
     """Linear (3,) [kg m/s] and, about the centre of mass, angular (3,) [kg m^2/s] momentum."""
     arms = positions - masses @ positions / masses.sum()
     return masses @ velocities, masses @ np.cross(arms, velocities)
-
-
-def energy(simulation: Simulation) -> float:
-    """Energy [J] of motion and of strain."""
-    step = simulation.stepper
-    step.balance()
-    speeds = step.v.to_numpy()
-    return float(simulation.setup.cloth.masses @ (speeds**2).sum(axis=1) / 2 + step.elastic.energies()[:3].sum())
