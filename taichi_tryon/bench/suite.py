@@ -31,6 +31,7 @@ SUITES = {
         "flight",
         "swing",
         "cantilever",
+        "precision",
     ),  # fmt: skip
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``."""
