@@ -36,7 +36,7 @@ def relative(case, parameters, quantity, unit, value, reference, limit, wall_s) 
 
 def absolute(case, parameters, quantity, unit, value, reference, limit, wall_s) -> Record:
     """A value that may differ from the reference by ``limit`` in its unit."""
-    passes = abs(value - reference) <= limit
+    passes = limit is None or abs(value - reference) <= limit
     return Record(case, parameters, quantity, unit, float(value), float(reference), None, limit, bool(passes), wall_s)
 
 

@@ -29,7 +29,9 @@ SUITES = {
         "tube",
         "capstan",
         "flight",
+        "swing",
         "cantilever",
+        "precision",
     ),  # fmt: skip
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``."""

@@ -24,6 +24,7 @@ from taichi_tryon.solver import schemes
 from taichi_tryon.solver.coarse import CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
+from taichi_tryon.solver.momentum import FreeFlight
 from taichi_tryon.solver.settings import StepResult, StepSettings
 from taichi_tryon.solver.way import Way
 
@@ -81,6 +82,7 @@ class ImplicitStep:
         if settings.preconditioner == "coarse":
             self.coarse, self.reach = CoarseSpace.over(cloth, self.matrix, self.x)
         self.linear = ConjugateGradients(self.matrix, self.coarse)
+        self.flight = FreeFlight(cloth)
         self.sums = ti.Vector.field(4, ti.f64, shape=fields.CHUNKS)
 
     # -- one step -------------------------------------------------------------------------------------------------
@@ -113,6 +115,7 @@ class ImplicitStep:
             newton, linear = newton + iterations, linear + linear_iterations
             if not solved:
                 break
+            self.flight.meet(self.contact, first=since == 0.0)
             since = stage.end
             if since < 1.0:
                 self._end_stage(1.0 / h)
@@ -120,7 +123,9 @@ class ImplicitStep:
         error = dt * self._error(1.0 / h, scheme.error) if solved and np.isfinite(error_limit) else 0.0
         accepted = solved and error <= error_limit
         if accepted:
+            self.flight.leave(self, dt * inertia)
             self._finish(inertia / h)
+            self.flight.keep(self)
             self.acceleration_known = inertia > 0.0
             self.contact.end_step()
         else:
@@ -297,15 +302,9 @@ class ImplicitStep:
                 away = self.x[i] - self.x_hat[i]
                 inertia = 0.5 * self.mass[i] * inverse_dt * inverse_dt * away.dot(away)
                 lift = self.mass[i] * self.bears[i] * self.gravity[None].dot(self.x[i])
-                total += ti.Vector(
-                    [
-                        self.linear.b[i].dot(self.linear.b[i]),
-                        self.force[i].dot(self.force[i]),
-                        inertia - lift,
-                        0.5 * self.mass[i] * self.v[i].dot(self.v[i]),
-                    ],
-                    ti.f64,
-                )
+                total[0] += self.linear.b[i].dot(self.linear.b[i])
+                total[1] += self.force[i].dot(self.force[i])
+                total[2] += inertia - lift
             self.sums[chunk] = total
 
     @ti.kernel
@@ -350,6 +349,7 @@ class ImplicitStep:
             "acceleration_known": np.array(self.acceleration_known),
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
+            "touched": self.flight.touched,
             "rotation": self.elastic.rotation.to_numpy(),
         }
 
@@ -358,7 +358,7 @@ class ImplicitStep:
         fields.upload(self.x, state["positions"])
         fields.upload(self.v, state["velocities"])
         fields.upload(self.a, state["accelerations"])
-        self.acceleration_known = bool(state["acceleration_known"])
+        self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         fields.upload(self.elastic.rotation, state["rotation"])

@@ -52,7 +52,7 @@ def stepper(_stepper, level, cloth):
     """The sheet at rest 5 m up, all vertices free, its linear and Newton's tolerances tight."""
     s, nv = _stepper, cloth.vertex_count
     zero = {"velocities": np.zeros((nv, 3)), "accelerations": np.zeros((nv, 3)), "acceleration_known": np.array(False)}
-    zero |= {"slip": s.contact.slip.to_numpy() * 0, "along": np.ones(s.contact.count)}
+    zero |= {"slip": s.contact.slip.to_numpy() * 0, "along": np.ones(s.contact.count), "touched": np.zeros(1, bool)}
     s.restore({"positions": level(5.0), "rotation": np.zeros(s.elastic.rotation.shape), **zero})
     s.gravity[None] = GRAVITY
     s.contact.friction[None] = CONTACT.friction

@@ -15,7 +15,7 @@ import numpy as np
 
 from taichi_tryon.bench.elastica import load_of
 from taichi_tryon.bench.record import Record, at_least, relative
-from taichi_tryon.bench.simulate import simulate
+from taichi_tryon.bench.simulate import Outcome, simulate
 from taichi_tryon.units import GF_CM2_PER_CM, GF_PER_CM2_MASS
 
 LENGTH, CLAMP = 0.05, 0.01
@@ -69,5 +69,11 @@ def rigidity(cut: str, mesh: str, gamma: float, edge_mm: float) -> tuple[float, 
         f"mesh.edge_length_mm={edge_mm}",
         f"gravity_m_s2=[0, {-gravity}, 0]",
     )
+    return rigidity_of(done), done.wall_s
+
+
+def rigidity_of(done: Outcome) -> float:
+    """Equivalent B [N m] of a strip that has come to rest."""
+    load = -WEIGHT * GF_PER_CM2_MASS * done.setup.scene.gravity_m_s2[1]
     x, y, _ = done.positions[done.edge("right")].mean(axis=0)
-    return mass * gravity * LENGTH**3 / load_of(-y, x - CLAMP), done.wall_s
+    return load * LENGTH**3 / load_of(-y, x - CLAMP)

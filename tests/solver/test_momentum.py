@@ -1,0 +1,143 @@
+"""What flies freely keeps its momenta; what is touched or held is left to contact and holds; the order stays."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.solver.implicit import ImplicitStep, StepSettings
+from taichi_tryon.timing import Stopwatch
+
+GRAVITY = np.array([0.0, -9.81, 0.0])
+# solved far from exactly
+ROUGH = dict(tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2, max_linear_iterations=200,
+             longest_move=0.1, preconditioner="block_jacobi")  # fmt: skip
+EXACT = {**ROUGH, "tolerance": 1e-9, "max_newton_iterations": 30, "linear_tolerance": 1e-6}
+SPIN, SPEED = np.array([2.0, 5.0, 3.0]), np.array([1.0, 2.0, -0.5])
+
+
+@pytest.fixture(scope="module")
+def pair(make_sheet, moduli, floor_and_ball_field):
+    """Two sheets that nothing joins: one lies on the floor, just in contact, the other spins high up."""
+    sheet = make_sheet(0.12, 0.1, 0.03)
+    cloth = Cloth.join([(sheet, moduli)] * 2)
+    flat = np.column_stack([sheet.points[:, 0], np.zeros(len(sheet.points)), -sheet.points[:, 1]])
+    low, high = (slice(part * len(flat), (part + 1) * len(flat)) for part in (0, 1))
+    positions = np.concatenate([flat + [0, 4.9e-4, 0], flat + [0, 5, 0]])
+    step = ImplicitStep(
+        cloth, floor_and_ball_field, positions, (1e7, 5e-4, 0.3), GRAVITY, StepSettings(**ROUGH), Stopwatch()
+    )
+    return SimpleNamespace(step=step, cloth=cloth, positions=positions, low=low, high=high)
+
+
+def momenta(pair, part):
+    """Mean velocity and angular momentum about the centre of mass, of one of the sheets."""
+    m, x, v = pair.cloth.masses[part], pair.step.x.to_numpy()[part], pair.step.v.to_numpy()[part]
+    arms = x - m @ x / m.sum()
+    return m @ v / m.sum(), m @ np.cross(arms, v)
+
+
+def put(pair, scheme, low_velocity=(0.0, 0.0, 0.0), **settings):
+    """Both sheets at the start, the high one spinning."""
+    s, x = pair.step, pair.positions
+    m = pair.cloth.masses[pair.high]
+    v = np.zeros_like(x)
+    v[pair.low] = low_velocity
+    v[pair.high] = SPEED + np.cross(SPIN, x[pair.high] - m @ x[pair.high] / m.sum())
+    s.settings = StepSettings(**{**ROUGH, **settings}, scheme=scheme)
+    s.free.from_numpy(np.ones_like(x))
+    s.place_held(x)
+    s.restore(
+        {
+            "positions": x,
+            "velocities": v,
+            "accelerations": np.zeros_like(x),
+            "acceleration_known": np.array(False),
+            "slip": np.zeros((s.contact.count, 3)),
+            "along": np.ones(s.contact.count),
+            "touched": np.zeros(2, bool),
+            "rotation": np.zeros(s.elastic.rotation.shape),
+        }
+    )
+    return s
+
+
+@pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
+def test_in_flight_both_momenta_are_kept_though_roughly_solved(pair, scheme):
+    s = put(pair, scheme)
+    speed, spin = momenta(pair, pair.high)
+    for dt in (1 / 60, 1 / 100, 1 / 60, 1 / 200):
+        assert s.step(dt).accepted
+        speed = speed + dt * GRAVITY
+        now = momenta(pair, pair.high)
+        assert now[0] == pytest.approx(speed, abs=1e-12)
+        assert now[1] == pytest.approx(spin, rel=1e-10)
+
+
+def test_the_scheme_alone_would_not(pair, monkeypatch):
+    s = put(pair, "backward_euler")
+    spin = momenta(pair, pair.high)[1]
+    monkeypatch.setattr(s.flight, "keep", lambda step: None)
+    assert s.step(1 / 60).accepted
+    assert np.linalg.norm(momenta(pair, pair.high)[1] - spin) > 1e-3 * np.linalg.norm(spin)
+
+
+@pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
+def test_what_is_touched_is_left_alone(pair, scheme, monkeypatch):
+    """The lower sheet has the bits that it has without any correction."""
+    ends = []
+    for keep in (pair.step.flight.keep, lambda step: None):
+        s = put(pair, scheme, low_velocity=(0.3, 0.0, 0.0))
+        monkeypatch.setattr(s.flight, "keep", keep)
+        assert s.step(1 / 200).accepted
+        assert s.flight.touched.tolist() == [True, False]
+        ends.append(s.v.to_numpy())
+    assert np.array_equal(ends[0][pair.low], ends[1][pair.low])
+    assert not np.array_equal(ends[0][pair.high], ends[1][pair.high])
+
+
+def test_a_step_that_begins_in_contact_keeps_its_push(pair):
+    """Thrown up from the floor it is out of contact at once, pushed in the first half of the step alone."""
+    s = put(pair, "tr_bdf2", low_velocity=(0.0, 2.0, 0.0))
+    s.flight.touched = np.array([True, False])
+    s.acceleration_known = True
+    a = np.zeros_like(pair.positions)
+    a[pair.low] = [0.0, 100.0, 0.0]
+    s.a.from_numpy(a)
+    assert s.step(1 / 200).accepted
+    assert s.flight.touched.tolist() == [False, False]
+    assert momenta(pair, pair.low)[0][1] > 2.05
+
+
+def test_what_is_held_is_left_alone(pair):
+    s = put(pair, "tr_bdf2", **EXACT)
+    free = np.ones_like(pair.positions)
+    corner = pair.high.start
+    free[corner] = 0.0
+    s.free.from_numpy(free)
+    start = momenta(pair, pair.high)
+    assert s.step(1 / 200).accepted
+    assert s.v.to_numpy()[corner] == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.linalg.norm(momenta(pair, pair.high)[1] - start[1]) > 0.01 * np.linalg.norm(start[1])
+
+
+def test_steps_without_inertia_know_no_momenta(pair):
+    s = put(pair, "tr_bdf2", **EXACT)
+    s.gravity[None] = [0.0, 0.0, 0.0]
+    assert s.step(1 / 200, inertia=0.0).accepted
+    s.gravity[None] = GRAVITY
+    assert np.abs(s.v.to_numpy()[pair.high]).max() < 1e-6
+
+
+def test_the_order_stays(pair):
+    """Of steps that follow the turning, if not the waves of stretch in which the unstrained start rings by some um."""
+    ends = []
+    for n in (40, 80, 160):
+        s = put(pair, "tr_bdf2", **EXACT)
+        for _ in range(n // 4):
+            assert s.step(1 / n).accepted
+        ends.append(s.x.to_numpy()[pair.high])
+    coarse, fine = (np.sqrt(((a - b) ** 2).sum(axis=1).mean()) for a, b in zip(ends, ends[1:], strict=False))
+    print(f"order {np.log2(coarse / fine):.2f}, {1e6 * coarse:.3g} and {1e6 * fine:.3g} um")
+    assert np.log2(coarse / fine) > 1.8
