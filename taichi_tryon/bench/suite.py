@@ -30,6 +30,7 @@ SUITES = {
         "capstan",
         "flight",
         "cantilever",
+        "cusick",
     ),  # fmt: skip
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``."""

@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 
 from taichi_tryon.bench.accuracy.body_field import around
 from taichi_tryon.bench.accuracy.capstan import FRICTION, polygon
+from taichi_tryon.bench.accuracy.cusick import nodes, outline_radii
 from taichi_tryon.bench.accuracy.hanging_strip import extension
 from taichi_tryon.bench.accuracy.uniaxial import STRETCH, stress
 from taichi_tryon.bench.elastica import load_of, tip
@@ -52,3 +54,13 @@ def test_points_around_an_ellipsoid_are_as_far_as_they_say():
         found = np.linalg.norm(skin - point, axis=1).min()
         assert found == pytest.approx(abs(expected), abs=3e-4)
         assert (((point / half) ** 2).sum() > 1) == (expected > 0)
+
+
+@pytest.mark.parametrize("count", [8, 11])
+def test_folds_of_an_outline(count):
+    angle = np.arange(400) * 2 * np.pi / 400
+    radius = 0.12 + 0.01 * np.cos(count * (angle - 0.1)) + 2e-4 * np.cos(57 * angle)
+    shadow = shapely.Polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+    radii = outline_radii(shadow)
+    assert radii.max() == pytest.approx(radius.max(), abs=5e-5) and radii[0] == pytest.approx(radius[0])
+    assert nodes(radii) == count
