@@ -29,6 +29,8 @@ SUITES = {
         "tube",
         "capstan",
         "flight",
+        "fold",
+        "lateral_buckling",
         "cantilever",
         "cusick",
     ),  # fmt: skip
