@@ -35,12 +35,14 @@ LIMIT = 3.0
 
 
 def records(quick: bool) -> Iterator[Record]:
-    """The critical weight per length."""
+    """The critical weight per length; it takes too long to be ``quick``."""
+    if quick:
+        return
     d11, _, _, d66 = Moduli.from_spec(load_scene(scene_path("lateral_buckling.yaml")).garments[0].fabric).bend
     warping = WIDTH / LENGTH * np.sqrt(d11 / (48 * d66))
     critical = load_of(0.0, warping)
     exact = 2 * critical * WIDTH * np.sqrt(4 * d11 * d66) / LENGTH**3
-    for edge in EDGES_MM[:1] if quick else EDGES_MM:
+    for edge in EDGES_MM:
         value, seconds = critical_weight(exact, critical, warping, edge)
         where = {"edge_mm": edge}
         yield relative("lateral_buckling", where, "critical_weight", "mN/m", 1e3 * value, 1e3 * exact, LIMIT, seconds)
