@@ -6,9 +6,9 @@ are the folds, counted in the outline. There is no exact value: two convergent m
 and a vertex Hessian) gave 48 to 50 % with 8 to 10 nodes for this fabric, which limits of 46 to 52 % frame. Shadow and
 areas are those of the mesh's own polygons.
 
-A disk can come to rest in many equilibria, of 7 to 12 folds; how it falls decides. Swinging (TR-BDF2) it finds states of
-less energy than where backward Euler damps the fall, which keep the folds that grew first. What differs from one start
-to another is measured by several, whose mean is judged.
+A disk can come to rest in many equilibria, of 7 to 12 folds; how it falls decides. Swinging (TR-BDF2) it finds states
+of less energy than where backward Euler damps the fall, which keep the folds that grew first. What differs from one
+start to another is measured by several, whose mean is judged.
 
 In the limit of small triangles the coefficient no longer moves. It shall hardly depend on the stiffness against stretch
 and shear, as cloth hardly stretches: where it does, the triangles resist bending themselves (membrane locking).
