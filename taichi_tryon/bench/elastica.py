@@ -13,6 +13,8 @@ import numpy as np
 from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 
+from taichi_tryon.errors import RunError
+
 
 def tip(gamma: float) -> tuple[float, float]:
     """Drop and reach of the free end, in lengths of the strip."""
@@ -43,7 +45,7 @@ def bow(gamma: float, start_degree: float, gap: float, steps: int = 20) -> tuple
     It leaves the first clamp, at the origin, in the direction ``start_degree`` above the level, turns by 180 degrees to
     its left, and comes back to the second, ``gap`` away to the left of the first. Found from a half circle without
     weight by bringing gap and weight there together.
-    Raises ArithmeticError where no such shape is found.
+    Raises RunError where no such shape is found.
     """
     start = np.radians(start_degree)
     s = np.linspace(0, 1, 401)
@@ -62,7 +64,7 @@ def bow(gamma: float, start_degree: float, gap: float, steps: int = 20) -> tuple
             s, shape, p=force, tol=1e-8, max_nodes=100_000,
         )  # fmt: skip
         if not found.success:
-            raise ArithmeticError(f"no elastica found at Gamma = {load:g}: {found.message}")
+            raise RunError(f"no elastica found at Gamma = {load:g}: {found.message}")
         s, shape, force = found.x, found.y, found.p
     return found.sol(np.linspace(0, 1, 2001))[2:].T, float(force[0])
 
