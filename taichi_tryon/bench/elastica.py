@@ -1,7 +1,9 @@
 """The heavy elastica: the exact shape of an inextensible strip that bends under its own weight.
 
-Clamped level at s = 0 and free at s = 1 (lengths in L), the angle theta below the level obeys theta'' + Gamma (1 - s)
-cos theta = 0, theta(0) = 0, theta'(1) = 0, with Gamma = w L^3 / B; w weight per area, B bending rigidity.
+With lengths in L and forces in B / L^2, theta'' = p sin theta - (q + Gamma s) cos theta, theta the angle above the
+level and (p, q + Gamma s) the force across a section, with Gamma = w L^3 / B; w weight per area, B bending rigidity.
+A cantilever, clamped level at s = 0 and free at s = 1, has p = 0, q = -Gamma; with theta below the level instead
+theta'' + Gamma (1 - s) cos theta = 0, theta(0) = 0, theta'(1) = 0.
 Source: Bickley 1934, "The heavy elastica", Philosophical Magazine 17; solved here as a boundary-value problem.
 """
 
@@ -10,6 +12,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
+
+from taichi_tryon.errors import RunError
 
 
 def tip(gamma: float) -> tuple[float, float]:
@@ -33,3 +37,39 @@ def load_of(drop: float, reach: float) -> float:
         return y / x - drop / reach
 
     return brentq(excess, 0.05, 60.0, rtol=1e-8)
+
+
+def bow(gamma: float, start_degree: float, gap: float, steps: int = 20) -> tuple[np.ndarray, float]:
+    """A strip between two clamps side by side: points (n, 2) in its lengths, and p, the level force on its second end.
+
+    It leaves the first clamp, at the origin, in the direction ``start_degree`` above the level, turns by 180 degrees to
+    its left, and comes back to the second, ``gap`` away to the left of the first. Found from a half circle without
+    weight by bringing gap and weight there together.
+    Raises RunError where no such shape is found.
+    """
+    start = np.radians(start_degree)
+    s = np.linspace(0, 1, 401)
+    theta, side = start + np.pi * s, np.array([-np.sin(start), np.cos(start)])
+    shape = np.array([theta, np.full_like(s, np.pi), *_circle(start, s)])
+    force = np.zeros(2)
+    for share in np.linspace(0, 1, steps + 1):
+        load, end = share * gamma, ((1 - share) * 2 / np.pi + share * gap) * side
+        found = solve_bvp(
+            lambda s, y, f, load=load: np.array(
+                [y[1], f[0] * np.sin(y[0]) - (f[1] + load * s) * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])]
+            ),
+            lambda a, b, f, end=end: np.array(
+                [a[0] - start, a[2], a[3], b[0] - start - np.pi, b[2] - end[0], b[3] - end[1]]
+            ),
+            s, shape, p=force, tol=1e-8, max_nodes=100_000,
+        )  # fmt: skip
+        if not found.success:
+            raise RunError(f"no elastica found at Gamma = {load:g}: {found.message}")
+        s, shape, force = found.x, found.y, found.p
+    return found.sol(np.linspace(0, 1, 2001))[2:].T, float(force[0])
+
+
+def _circle(start: float, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Half a circle of length one."""
+    theta = start + np.pi * s
+    return (np.sin(theta) - np.sin(start)) / np.pi, (np.cos(start) - np.cos(theta)) / np.pi

@@ -43,3 +43,8 @@ def absolute(case, parameters, quantity, unit, value, reference, limit, wall_s) 
 def at_least(case, parameters, quantity, unit, value, limit, wall_s) -> Record:
     """A value that shall reach ``limit``."""
     return Record(case, parameters, quantity, unit, float(value), None, None, limit, bool(value >= limit), wall_s)
+
+
+def told(case, parameters, quantity, unit, value, wall_s) -> Record:
+    """A value that is not judged."""
+    return Record(case, parameters, quantity, unit, float(value), None, None, None, True, wall_s)

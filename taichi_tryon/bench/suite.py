@@ -30,7 +30,10 @@ SUITES = {
         "capstan",
         "flight",
         "swing",
+        "fold",
+        "lateral_buckling",
         "cantilever",
+        "cusick",
         "precision",
     ),  # fmt: skip
 }

@@ -102,9 +102,17 @@ def _points(name: str, spec: HoldSpec, mesh: GarmentMesh) -> np.ndarray:
     if spec.points_cm is not None:
         away = np.linalg.norm(points[None] - np.array(spec.points_cm)[:, None] * CM, axis=2)
         return numbers[away.argmin(axis=1)]
-    corners = np.array(spec.area_cm) * CM
-    low, high = corners.min(axis=0) - TOUCHES, corners.max(axis=0) + TOUCHES
-    inside = numbers[((points >= low) & (points <= high)).all(axis=1)]
+    inside = numbers[_within(spec, points)]
     if not len(inside):
-        raise InputError(f"hold {name}: no vertex of panel {panel} lies in area_cm; widen it or use smaller triangles")
+        area = "area_cm" if spec.area_cm else "disk_cm"
+        raise InputError(f"hold {name}: no vertex of panel {panel} lies in {area}; widen it or use smaller triangles")
     return inside
+
+
+def _within(spec: HoldSpec, points: np.ndarray) -> np.ndarray:
+    """Which points (n, 2) [m] lie in the area or disk, or on its border."""
+    if spec.disk_cm is not None:
+        x, y, diameter = np.array(spec.disk_cm) * CM
+        return np.linalg.norm(points - [x, y], axis=1) <= diameter / 2 + TOUCHES
+    corners = np.array(spec.area_cm) * CM
+    return ((points >= corners.min(axis=0) - TOUCHES) & (points <= corners.max(axis=0) + TOUCHES)).all(axis=1)

@@ -10,6 +10,7 @@ from taichi_tryon.body.spec import DEGREES, Vector
 from taichi_tryon.spec import Spec, fault
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+CHOICES = ("points_cm", "edge", "area_cm", "disk_cm")
 
 
 class HoldStepSpec(Spec):
@@ -22,7 +23,7 @@ class HoldStepSpec(Spec):
 
 class HoldSpec(Spec):
     """Vertices that are held where they start, or led along a path that begins with the motion of the body. They are
-    chosen by one of points_cm, edge and area_cm."""
+    chosen by one of points_cm, edge, area_cm and disk_cm."""
 
     points_cm: Annotated[list[Pair], Field(min_length=1)] | None = Field(
         None, description="the vertices nearest to these points [x, y] of the flat panel"
@@ -30,6 +31,9 @@ class HoldSpec(Spec):
     edge: str | None = Field(None, description="all vertices along this edge of the panel")
     area_cm: Annotated[list[Pair], Field(min_length=2, max_length=2)] | None = Field(
         None, description="all vertices between the corners [x, y] and [x, y] of the flat panel: holds the slope too"
+    )
+    disk_cm: Annotated[list[float], Field(min_length=3, max_length=3)] | None = Field(
+        None, description="all vertices in the disk [x, y, diameter] of the flat panel: holds the slope too"
     )
     panel: str | None = Field(None, description="which panel; null: the only one")
     axes: Annotated[list[Literal["x", "y", "z"]], Field(min_length=1)] = Field(
@@ -40,7 +44,7 @@ class HoldSpec(Spec):
 
     @model_validator(mode="after")
     def _one_choice(self) -> HoldSpec:
-        chosen = [key for key in ("points_cm", "edge", "area_cm") if getattr(self, key) is not None]
+        chosen = [key for key in CHOICES if getattr(self, key) is not None]
         if len(chosen) != 1:
-            raise fault(f"give one of points_cm, edge, area_cm (got {', '.join(chosen) or 'none'})")
+            raise fault(f"give one of {', '.join(CHOICES)} (got {', '.join(chosen) or 'none'})")
         return self

@@ -25,7 +25,8 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
     """
     sides = _sides(spec, edge_length)
     if spec.mesh == "delaunay":
-        points, triangles = _join([triangulate(_outline(part), edge_length, name) for part in _parts(spec, sides)])
+        outlines = (_outline(part) for part in _parts(spec, sides, edge_length))
+        points, triangles = _join([triangulate(outline, edge_length, name) for outline in outlines])
     else:
         points, triangles = _grid(spec, edge_length, name)
     vertex = _weld(points, spec)
@@ -52,9 +53,7 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
 def _sides(spec: SheetSpec, edge_length: float) -> dict[str, np.ndarray]:
     """Points (k, 2) [m] along each side of the outline, both ends included; counter-clockwise but for polygons."""
     if spec.diameter_cm is not None:
-        radius = spec.diameter_cm * CM / 2
-        angles = np.linspace(0, 2 * np.pi, max(6, round(2 * np.pi * radius / edge_length)) + 1)
-        return {"rim": radius * np.column_stack([np.cos(angles), np.sin(angles)])}
+        return {"rim": _circle(spec.diameter_cm, edge_length)}
     if spec.size_cm is not None:
         w, h = np.array(spec.size_cm) * CM
         corners, names = np.array([[0, 0], [w, 0], [w, h], [0, h]]), ("bottom", "right", "top", "left")
@@ -66,6 +65,13 @@ def _sides(spec: SheetSpec, edge_length: float) -> dict[str, np.ndarray]:
         crossed = [x / w if name == "bottom" else 1 - x / w for x in lines] if name in ("bottom", "top") else []
         sides[name] = a + _shares([0.0, *sorted(crossed), 1.0], np.linalg.norm(b - a), edge_length)[:, None] * (b - a)
     return sides
+
+
+def _circle(diameter_cm: float, edge_length: float) -> np.ndarray:
+    """An even number of points (k, 2) [m] around the origin, from the x axis back to it."""
+    radius = diameter_cm * CM / 2
+    angles = np.linspace(0, 2 * np.pi, 2 * max(3, round(np.pi * radius / edge_length)) + 1)
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def _shares(marks: list[float], length: float, edge_length: float) -> np.ndarray:
@@ -82,8 +88,10 @@ def _outline(sides: dict[str, np.ndarray]) -> np.ndarray:
     return np.concatenate([side[:-1] for side in sides.values()])
 
 
-def _parts(spec: SheetSpec, sides: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
-    """The sides of each part into which ``lines_cm`` cut the sheet."""
+def _parts(spec: SheetSpec, sides: dict[str, np.ndarray], edge_length: float) -> list[dict[str, np.ndarray]]:
+    """The sides of each part into which ``lines_cm`` or ``inner_diameter_cm`` cut the sheet."""
+    if spec.inner_diameter_cm is not None:
+        return _disk_and_half_rings(sides["rim"], _circle(spec.inner_diameter_cm, edge_length), edge_length)
     marks = np.array([0.0, *spec.lines_cm]) * CM
     if len(marks) == 1:
         return [sides]
@@ -92,6 +100,22 @@ def _parts(spec: SheetSpec, sides: dict[str, np.ndarray]) -> list[dict[str, np.n
         bottom, top = ([p for p in sides[name] if low - 1e-9 <= p[0] <= high + 1e-9] for name in ("bottom", "top"))
         parts.append({"bottom": bottom, "right": left[::-1] + [high, 0], "top": top, "left": left + [low, 0]})
     return parts
+
+
+def _disk_and_half_rings(outer: np.ndarray, inner: np.ndarray, edge_length: float) -> list[dict[str, np.ndarray]]:
+    """The disk within the ``inner`` circle, and what is left of the ``outer`` one, cut along the x axis, as the mesher
+    wants parts without holes."""
+    share = _shares([0.0, 1.0], outer[0, 0] - inner[0, 0], edge_length)[:, None]
+    parts = [{"rim": inner}]
+    for arc, back in zip(_halves(outer), _halves(inner), strict=True):
+        inward, outward = arc[-1] + share * (back[-1] - arc[-1]), back[0] + share * (arc[0] - back[0])
+        parts.append({"arc": arc, "inward": inward, "back": back[::-1], "outward": outward})
+    return parts
+
+
+def _halves(circle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    half = len(circle) // 2
+    return circle[: half + 1], circle[half:]
 
 
 def _join(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:

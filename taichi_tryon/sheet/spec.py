@@ -14,6 +14,15 @@ Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 MeshKind = Literal["delaunay", "regular", "alternating", "jittered"]
 
 
+class WavesSpec(Spec):
+    """A start a little off the plane, for what would else be too symmetric to choose its folds: the sum of plane
+    waves of random directions and phases, the same in every run and on every mesh."""
+
+    height_mm: float = Field(gt=0, le=100, description="root mean square of the height")
+    length_cm: Length = Field(description="wave length")
+    seed: int = Field(0, ge=0, description="another seed: other waves")
+
+
 class SheetSpec(Spec):
     """A flat piece of cloth in the plane of its own axes x and y, its outer side towards its own z; it is not dressed,
     but starts where it is placed. Its shape is one of size_cm, diameter_cm and outline_cm."""
@@ -22,6 +31,9 @@ class SheetSpec(Spec):
         None, description="rectangle from the sheet's origin: width along its x, height along its y"
     )
     diameter_cm: Length | None = Field(None, description="disk around the sheet's origin")
+    inner_diameter_cm: Length | None = Field(
+        None, description="circle around a disk's origin that the mesh follows, such as the border of what carries it"
+    )
     outline_cm: Annotated[list[Pair], Field(min_length=3)] | None = Field(
         None, description="polygon of corners [x, y], not repeating the first"
     )
@@ -39,6 +51,7 @@ class SheetSpec(Spec):
         description="roll a rectangle about its y axis to a tube of this radius, its right edge sewn to its left; "
         "stretched where the circumference exceeds the width",
     )
+    waves: WavesSpec | None = Field(None, description="start a little off the plane; null: flat")
     origin_cm: Vector = Field([0.0, 0.0, 0.0], description="where the sheet's origin (of a tube: its axis) is placed")
     rotation_degree: Vector = Field([0.0, 0.0, 0.0], description=f"turns the sheet's axes, {DEGREES}")
     velocity_m_s: Vector = Field([0.0, 0.0, 0.0], description="velocity at the start")
@@ -52,6 +65,8 @@ class SheetSpec(Spec):
         for key in ("mesh", "tube_radius_cm"):
             if self.size_cm is None and getattr(self, key) not in ("delaunay", None):
                 raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
+        if self.inner_diameter_cm is not None and not self.inner_diameter_cm < (self.diameter_cm or 0.0):
+            raise fault("must lie within a disk, diameter_cm", "inner_diameter_cm")
         marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]
         if self.lines_cm and not all(a < b for a, b in zip(marks, marks[1:], strict=False)):
             raise fault("must rise, and lie within the width of a rectangle, size_cm", "lines_cm")

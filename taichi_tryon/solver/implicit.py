@@ -115,7 +115,7 @@ class ImplicitStep:
             newton, linear = newton + iterations, linear + linear_iterations
             if not solved:
                 break
-            self.flight.meet(self.contact, first=since == 0.0)
+            self.flight.meet(self.contact, self.layers, first=since == 0.0)
             since = stage.end
             if since < 1.0:
                 self._end_stage(1.0 / h)

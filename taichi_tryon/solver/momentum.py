@@ -40,10 +40,14 @@ class FreeFlight:
         self._now, self._ever = self.touched, self.touched
         self._momenta = []
 
-    def meet(self, contact, first: bool) -> None:
-        """A stage of a step has been solved, the ``first`` or another: note which pieces are touched at its end."""
+    def meet(self, contact, layers, first: bool) -> None:
+        """A stage of a step has been solved, the ``first`` or another: note which pieces are touched at its end, by
+        the body or by each other."""
         touching = np.flatnonzero(contact.depth.to_numpy() > 0)
         self._now = np.isin(np.arange(self.count), self.piece[contact.samples.vertices[touching, 0]])
+        if layers is not None:
+            pieces = self.piece[layers.bound.corners]
+            self._now[np.unique(pieces[(pieces != pieces[:, :1]).any(axis=1)])] = True
         self._ever = self._now | (self.touched if first else self._ever)
 
     def leave(self, step, dt: float) -> None:

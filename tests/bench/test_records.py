@@ -8,7 +8,7 @@ from rich.console import Console
 
 from taichi_tryon.bench import suite
 from taichi_tryon.bench.plots import plot_convergence
-from taichi_tryon.bench.record import absolute, at_least, relative
+from taichi_tryon.bench.record import absolute, at_least, relative, told
 from taichi_tryon.errors import InputError, RunError
 
 
@@ -24,6 +24,8 @@ def test_limits_are_judged():
     assert at_least("strip", {}, "order", "1", 1.9, 1.8, 0).passes
     assert not at_least("strip", {}, "order", "1", 1.7, 1.8, 0).passes
     assert relative("strip", {}, "force", "N", 2.0, 1.0, None, 0).passes
+    folds = told("disk", {}, "nodes", "1", 8, 0)
+    assert folds.passes and folds.limit is None and folds.reference is None
 
 
 def _suite(monkeypatch, cases):

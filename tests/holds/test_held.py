@@ -32,6 +32,8 @@ def test_points_edges_and_areas(mesh, start):
         np.array([[0, 0], [6, 4]]) / 100
     )
     assert start[hold(mesh, edge="right").vertices, 0] == pytest.approx(0.06)
+    disk = hold(mesh, disk_cm=[3, 2, 2]).vertices
+    assert len(disk) == 5 and np.linalg.norm(start[disk, :2] - [0.03, 0.02], axis=1).max() == pytest.approx(0.01)
     area = hold(mesh, area_cm=[[1, 4], [0, 0]]).vertices
     assert len(area) == 10 and start[area, 0].max() == pytest.approx(0.01)
     assert (
@@ -45,6 +47,7 @@ def test_points_edges_and_areas(mesh, start):
         ({"edge": "rim"}, "hold clamp: panel sheet has no edge rim; edges: bottom, right, top, left"),
         ({"edge": "top", "panel": "front"}, "hold clamp: strip has no panel front; panels: sheet"),
         ({"area_cm": [[1.2, 1.2], [1.8, 1.8]]}, "hold clamp: no vertex of panel sheet lies in area_cm"),
+        ({"disk_cm": [1.5, 1.5, 1]}, "hold clamp: no vertex of panel sheet lies in disk_cm"),
     ],
 )
 def test_what_is_not_there_is_told(mesh, keys, message):

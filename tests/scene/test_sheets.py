@@ -43,11 +43,16 @@ def test_a_sheet_needs_no_body(strip):
             "diameter_cm: 30, mesh: regular",
             "scene.yaml:4:36: garments.0.sheet.mesh: needs a rectangle, size_cm (got diameter_cm)",
         ),
+        (
+            "size_cm: [10, 5]",
+            "diameter_cm: 18, inner_diameter_cm: 30",
+            "scene.yaml:4:49: garments.0.sheet.inner_diameter_cm: must lie within a disk, diameter_cm",
+        ),
         ("[10, 5]", "[10, -5]", "scene.yaml:4:27: garments.0.sheet.size_cm.1: must be greater than 0 (got -5)"),
         (
             "{edge: left}",
             "{}",
-            "scene.yaml:7:13: garments.0.holds.left: give one of points_cm, edge, area_cm (got none)",
+            "scene.yaml:7:13: garments.0.holds.left: give one of points_cm, edge, area_cm, disk_cm (got none)",
         ),
         (
             "{edge: left}",

@@ -45,6 +45,19 @@ def test_a_disk_and_a_polygon():
     assert (PANEL, "side_2") in triangle.edge_points
 
 
+def test_the_mesh_of_a_disk_follows_a_circle():
+    disk = mesh_of(edge=0.012, diameter_cm=30, inner_diameter_cm=18)
+    assert disk.topology.euler_characteristic == 1 and len(disk.topology.boundary_loops()) == 1
+    rim = disk.pattern_points[disk.edge_points[PANEL, "rim"]]
+    assert np.linalg.norm(rim, axis=1) == pytest.approx(0.15, abs=1e-9)
+    radius = np.linalg.norm(disk.pattern_points, axis=1)
+    inner = (radius <= 0.09 + 1e-9)[disk.point_triangles].all(axis=1)
+    on_circle = np.abs(radius - 0.09) < 1e-9
+    assert on_circle.sum() == 48
+    polygon = 48 / 2 * 0.09**2 * math.sin(2 * math.pi / 48)
+    assert disk.areas[inner].sum() == pytest.approx(polygon, rel=1e-9)
+
+
 def test_the_mesh_follows_lines():
     mesh = mesh_of(edge=0.007, size_cm=[6, 4], lines_cm=[1, 2.7])
     assert mesh.areas.sum() == pytest.approx(24e-4, rel=1e-12) and mesh.topology.euler_characteristic == 1

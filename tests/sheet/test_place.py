@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from taichi_tryon.sheet.mesh import sheet_mesh
-from taichi_tryon.sheet.place import place
-from taichi_tryon.sheet.spec import SheetSpec
+from taichi_tryon.sheet.place import place, waves
+from taichi_tryon.sheet.spec import SheetSpec, WavesSpec
 
 
 def placed(**keys):
@@ -44,3 +44,15 @@ def test_it_flies_and_spins_about_its_centre():
     centre = np.array([0.08, 0.07, 0.05])
     expected = np.array([1, 2, 3]) + np.cross([0, 0, 2], positions - centre)
     assert velocities == pytest.approx(expected, abs=1e-9)
+
+
+def test_waves_are_the_same_on_every_mesh_and_differ_by_seed():
+    spec = {"height_mm": 0.5, "length_cm": 3}
+    points = np.random.default_rng(1).uniform(-5, 5, (40000, 2))
+    height = waves(WavesSpec(**spec), points)
+    assert np.sqrt((height**2).mean()) == pytest.approx(5e-4, rel=0.1)
+    assert np.array_equal(waves(WavesSpec(**spec), points[::-1])[::-1], height)
+    assert np.abs(waves(WavesSpec(**spec, seed=1), points) - height).max() > 5e-4
+    mesh, positions, _ = placed(size_cm=[6, 4], waves=spec, rotation_degree=[-90, 0, 0])
+    flat = mesh.pattern_points[np.unique(mesh.point_vertex, return_index=True)[1]]
+    assert positions[:, 1] == pytest.approx(waves(WavesSpec(**spec), flat))

@@ -1,8 +1,8 @@
 """A strip is pulled over a cylinder: the capstan.
 
-Reference: where all of it slips, a strip that bends at n edges by d = 180 degrees / n each has at every edge T2 / T1 =
-(1 + mu tan(d/2)) / (1 - mu tan(d/2)), the balance of two tensions, the normal force along their bisector, and friction;
-n of them tend to e^(mu pi) (Euler 1769, Eytelwein 1808). The number of edges is that of the mesh within the half turn.
+Reference: where all of it slips, a strip that bends at n edges by d = a / n each has at every edge T2 / T1 = (1 + mu
+tan(d/2)) / (1 - mu tan(d/2)), the balance of two tensions, the normal force along their bisector, and friction; n of
+them tend to e^(mu a) (Euler 1769, Eytelwein 1808). The number of edges is that of the mesh within the angle a.
 """
 
 from __future__ import annotations
@@ -17,19 +17,21 @@ from taichi_tryon.units import MM
 
 RADIUS, FRICTION = 0.05, 0.3
 LIMIT = 1.0
+SCENES = {180: "capstan", 90: "capstan_quarter"}
 
 
 def records(quick: bool) -> Iterator[Record]:
-    """The ratio of the tensions at both ends; it takes too long to be ``quick``."""
+    """The ratio of the tensions at both ends, half and a quarter round; it takes too long to be ``quick``."""
     if quick:
         return
-    done = simulate("capstan")
-    tensions = {name: -force[1] for name, force in done.simulation.reactions().items()}
-    ratio = tensions["right"] / tensions["left"]
-    bends = round(np.pi * RADIUS / (done.setup.scene.mesh.edge_length_mm * MM))
-    exact = polygon(np.pi, bends)
-    yield relative("capstan", {"angle_degree": 180, "bends": bends}, "tension_ratio", "1", ratio, exact, LIMIT,
-                   done.wall_s)  # fmt: skip
+    for degrees, scene in SCENES.items():
+        done = simulate(scene)
+        tensions = {name: np.linalg.norm(force) for name, force in done.simulation.reactions().items()}
+        ratio = tensions["right"] / tensions["left"]
+        bends = round(np.radians(degrees) * RADIUS / (done.setup.scene.mesh.edge_length_mm * MM))
+        exact = polygon(np.radians(degrees), bends)
+        where = {"angle_degree": degrees, "bends": bends}
+        yield relative("capstan", where, "tension_ratio", "1", ratio, exact, LIMIT, done.wall_s)
 
 
 def polygon(angle: float, bends: int) -> float:
