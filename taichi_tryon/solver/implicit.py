@@ -77,7 +77,7 @@ class ImplicitStep:
         self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
         self.layered = layers is not None
         self.way = Way(self.x, self.path, self.layers)
-        self.matrix = Matrix(self.elastic, self.contact, self.layers, self.mass, self.free)
+        self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free, self.layers)
         self.coarse, self.reach = None, 1.0
         if settings.preconditioner == "coarse":
             self.coarse, self.reach = CoarseSpace.over(cloth, self.matrix, self.x)

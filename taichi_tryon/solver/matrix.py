@@ -17,7 +17,7 @@ class Matrix:
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
-    def __init__(self, elastic, contact, layers, mass, free):
+    def __init__(self, elastic, contact, mass, free, layers=None):
         self.elastic, self.contact_law, self.layers, self.mass, self.free = elastic, contact, layers, mass, free
         self.layered = layers is not None
         self.nv = mass.shape[0]
