@@ -15,6 +15,9 @@ import taichi as ti
 from taichi_tryon import kernel_sources
 from taichi_tryon.errors import InputError
 
+# before the modules with kernels are read
+kernel_sources.read_faster()
+
 
 @dataclass(frozen=True)
 class Device:
@@ -56,7 +59,6 @@ def start(
     with_cuda = arch != "cpu" and _cuda_starts()
     if arch == "cuda" and not with_cuda:
         raise InputError("--arch cuda: no CUDA device starts on this machine; leave --arch out or use --arch cpu")
-    kernel_sources.remember()
     # Taichi prints the device; stdout belongs to our own results.
     with redirect_stdout(io.StringIO()):
         ti.init(arch=ti.cuda if with_cuda else ti.cpu, **options)
