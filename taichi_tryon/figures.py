@@ -41,5 +41,6 @@ def skipped(setup: Setup) -> list[dict[str, str]]:
     for what, key in (("pictures", "images"), ("film", "video"), ("maps", "maps")):
         if not getattr(options, key):
             result.append({"what": what, "why": f"output.{key} asks for none"})
-    result.append({"what": "contact of cloth with cloth", "why": "not part of this version"})
+    if setup.scene.contact.layers is None:
+        result.append({"what": "contact of cloth with cloth", "why": "contact.layers does not ask for it"})
     return result

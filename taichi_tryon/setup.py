@@ -10,7 +10,9 @@ from taichi_tryon.body.model import Body
 from taichi_tryon.body.skeleton import Motion, Pose
 from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.dressing.check import crossings
 from taichi_tryon.dressing.place import Dressed, dress
+from taichi_tryon.errors import DressingError
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.holds.held import Hold, Holds
 from taichi_tryon.mesh.garment import GarmentMesh, build
@@ -59,7 +61,7 @@ class Setup:
 
 def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     """Build body, meshes and start. Raises PatternError or DressingError where a garment cannot be made or put on,
-    InputError where a hold finds nothing to hold."""
+    also where layers that shall not pass through each other do, InputError where a hold finds nothing to hold."""
     with clock("body"):
         body = Body.from_spec(scene.body) if scene.body else Body.absent()
         rest = PoseSpec(name="rest")
@@ -75,6 +77,9 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         cloth = Cloth.join([(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments])
     positions = np.concatenate([garment.dressed.positions for garment in garments])
     velocities = np.concatenate([garment.velocities for garment in garments])
+    if scene.contact.layers:
+        with clock("dressing"):
+            _require_apart(garments, cloth, positions)
     holds = [
         Hold.from_spec(name, spec, garment.mesh, part.vertices.start)
         for garment, part in zip(garments, cloth.parts, strict=True)
@@ -83,6 +88,18 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     held = Holds.of(holds, positions)
     cloth = cloth.clamped(~held.free.any(axis=1))
     return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, held)
+
+
+def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray) -> None:
+    """Raise DressingError where cloth passes through cloth at the start: layers that cross can never be parted."""
+    pairs = crossings(positions, cloth.triangles)
+    if len(pairs):
+        names = np.concatenate([[f"{g.name}.{g.mesh.panel_names[p]}" for p in g.mesh.panel] for g in garments])
+        one, other = names[pairs[0]]
+        raise DressingError(
+            f"contact.layers: {len(pairs)} pairs of triangles cross at the start, the first of {one} and {other}; "
+            "change the dressing there, raise dressing.layer_mm of the outer garment, or leave contact.layers out"
+        )
 
 
 def _dressed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:

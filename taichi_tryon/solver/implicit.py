@@ -151,12 +151,11 @@ class ImplicitStep:
             exact = max(residual, s.tolerance) < EXACT_BELOW
             linear += self._solve_linear(inverse_dt, exact, refresh=newton % REFRESH == 0)
             newton += 1
-            part = self.way.aim(self.linear.d, s.longest_move)
-            if self.layered and part > 0.0:
+            if not self.way.aim(self.linear.d, s.longest_move):
+                break
+            if self.layered:
                 linear += self._stay_apart()
-                self.layers.keep_apart()
-            share = self._search(before, inverse_dt) if part > 0.0 else 0.0
-            if share == 0.0:
+            if self._search(before, inverse_dt) == 0.0:
                 break
             progress = True
             self._bind(0, 0.0)
@@ -175,31 +174,34 @@ class ImplicitStep:
         return iterations
 
     def _stay_apart(self) -> int:
-        """Solve anew with springs between what would meet on the way, until nothing would, or too often."""
+        """Solve anew with springs between what would meet on the way, until nothing would, or too often; what still
+        would goes less far. Returns the linear solver's iterations."""
         s, linear = self.settings, 0
         stiffness = GUARD * float(self.linear.stiffness_sum.to_numpy().sum()) / self.nv
         for _ in range(GUARDS):
             first = self.layers.count
-            if not self.layers.guard(stiffness):
-                break
+            with self.clock("contact"):
+                guarded = self.layers.guard(stiffness)
+            if not guarded:
+                return linear
             self.layers.push(self.linear.b, first)
             linear += self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=False)[0]
-            if self.way.aim(self.linear.d, s.longest_move) == 0.0:
-                break
+            self.way.aim(self.linear.d, s.longest_move)
+        with self.clock("contact"):
+            self.layers.keep_apart()
         return linear
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
         with self.clock("contact"):
             self.contact.evaluate()
-        if self.layered:
-            with self.clock("layers"):
+            if self.layered:
                 self.layers.evaluate()
 
     def _bind(self, first: int, ahead: float):
-        self.contact.bind(first, ahead)
-        if self.layered:
-            with self.clock("layers"):
+        with self.clock("contact"):
+            self.contact.bind(first, ahead)
+            if self.layered:
                 self.layers.bind()
 
     def _search(self, before: float, inverse_dt: float) -> float:
@@ -209,7 +211,7 @@ class ImplicitStep:
         the rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
         """
         share = 1.0
-        while share > 0.0:
+        while True:
             self.way.go(share)
             self._evaluate(inverse_dt)
             rise = self._potential(inverse_dt) - before
@@ -218,7 +220,7 @@ class ImplicitStep:
             if share < 2 * LEAST_SHARE:
                 break
             share *= 0.5
-        if share > 0.0 and rise <= TOLERATED * self._stored(inverse_dt):
+        if rise <= TOLERATED * self._stored(inverse_dt):
             return share
         self.way.go(0.0)
         self._evaluate(inverse_dt)

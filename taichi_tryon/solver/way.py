@@ -36,17 +36,16 @@ class Way:
         self._measure(start)
         return self.peak(self.path)
 
-    def aim(self, direction, longest_move: float) -> float:
-        """Start along a ``direction``, no vertex further than ``longest_move`` [m]; the part of it that is gone, 0
-        where it is not finite."""
+    def aim(self, direction, longest_move: float) -> bool:
+        """Start along a ``direction``, no vertex further than ``longest_move`` [m], and look who may meet there;
+        whether the direction is finite."""
         longest = self.peak(direction)
         if not np.isfinite(longest):
-            return 0.0
-        share = min(1.0, longest_move / max(longest, 1e-30))
-        self._aim(share, direction)
+            return False
+        self._aim(min(1.0, longest_move / max(longest, 1e-30)), direction)
         if self.layers is not None:
             self.layers.look_ahead()
-        return share
+        return True
 
     def peak(self, vectors) -> float:
         """Length of the longest of a field of vectors, infinite where one is not finite."""
