@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from taichi_tryon.body.density import gap
+from taichi_tryon.body.density import density, gap
 from taichi_tryon.body.model import Balls
 
 CELLS = 256
+# density below which a point counts as far off: it is over 1 cm from the skin of an adult's body
+NEAR = 0.2
 
 
 def body_gaps(positions: np.ndarray, triangles: np.ndarray, balls: Balls) -> np.ndarray:
-    """(nt,) least distance [m] from the body of each triangle's corners, edge midpoints and centroid."""
+    """(nt,) least distance [m] from the body of each triangle's corners, edge midpoints and centroid; infinite where
+    it is so far that the density is below NEAR."""
     edges, of_triangle = unique_edges(triangles)
-    at_vertices = gap(balls, positions)
-    at_edges = gap(balls, positions[edges].mean(axis=1))
-    at_centroids = gap(balls, positions[triangles].mean(axis=1))
+    at_vertices = _gap_of_near(balls, positions)
+    at_edges = _gap_of_near(balls, positions[edges].mean(axis=1))
+    at_centroids = _gap_of_near(balls, positions[triangles].mean(axis=1))
     return np.minimum(np.minimum(at_vertices[triangles].min(axis=1), at_edges[of_triangle].min(axis=1)), at_centroids)
+
+
+def _gap_of_near(balls: Balls, points: np.ndarray) -> np.ndarray:
+    result = np.full(len(points), np.inf)
+    near = density(balls, points) > NEAR
+    result[near] = gap(balls, points[near])
+    return result
 
 
 def unique_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichi_tryon.body.model import Balls, Body
-from taichi_tryon.dressing.check import body_gaps, crossings
+from taichi_tryon.dressing.check import body_gaps
 from taichi_tryon.dressing.disks import disk_frame, make_disk
 from taichi_tryon.dressing.join import join
 from taichi_tryon.dressing.panel_map import PanelMap, map_panel
@@ -75,8 +75,8 @@ def dress(
     x = join(maps, placed, neighbour_matrix(edges, mesh.vertex_count), float(lengths.mean()))
     x = draw_together(x, edges, lengths, balls, clearance)
     x = clear(x, mesh.triangles, edges, balls, clearance)
-    x = untangle(x, mesh.triangles, edges, balls, clearance)
-    notes = _check(x, mesh, spec, maps, balls, clearance, pattern)
+    x, crossing = untangle(x, mesh.triangles, edges, balls, clearance)
+    notes = _check(x, crossing, mesh, spec, maps, balls, clearance, pattern)
     return Dressed(x, _fit_lines(spec, mesh), notes)
 
 
@@ -104,6 +104,7 @@ def _check_order(spec: DressingSpec, panel: str, surface: RuledSurface) -> None:
 
 def _check(
     x: np.ndarray,
+    pairs: np.ndarray,
     mesh: GarmentMesh,
     spec: DressingSpec,
     maps: list[PanelMap],
@@ -120,7 +121,6 @@ def _check(
             f"({least * 1e3:.1f} mm outside is the least); "
             f"widen the disk, or put another one where the surface cuts through the body"
         )
-    pairs = crossings(x, mesh.triangles)
     excused = _beside_stretched_seams(mesh, spec, pattern)
     bad = pairs[~(excused[pairs[:, 0]] & excused[pairs[:, 1]])]
     if len(bad):

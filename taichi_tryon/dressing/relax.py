@@ -11,9 +11,8 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from taichi_tryon.body.density import density, gradient
 from taichi_tryon.body.model import Balls
-from taichi_tryon.dressing.check import crossings
+from taichi_tryon.dressing.check import NEAR, crossings
 
-NEAR = 0.2  # density below which a point counts as clear: it is over 1 cm from the skin of an adult's body
 STEP = 0.01  # largest shift in one push [m]
 SWEEPS = 120
 SWEEPS_A_PUSH = 8
@@ -82,12 +81,15 @@ def clear(x: np.ndarray, triangles: np.ndarray, edges: np.ndarray, balls: Balls,
     return x
 
 
-def untangle(x: np.ndarray, triangles: np.ndarray, edges: np.ndarray, balls: Balls, clearance: float) -> np.ndarray:
-    """Positions after smoothing the cloth about crossing triangles until none cross, or ``UNTANGLINGS`` times."""
+def untangle(
+    x: np.ndarray, triangles: np.ndarray, edges: np.ndarray, balls: Balls, clearance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions after smoothing the cloth about crossing triangles until none cross, or ``UNTANGLINGS`` times, and the
+    pairs (k, 2) of those that still do."""
     neighbours = neighbour_matrix(edges, len(x))
     mean = diags(1 / np.asarray(neighbours.sum(axis=1)).ravel()) @ neighbours
+    crossing = crossings(x, triangles)
     for attempt in range(UNTANGLINGS):
-        crossing = crossings(x, triangles)
         if not len(crossing):
             break
         marked = np.zeros(len(x), bool)
@@ -98,4 +100,5 @@ def untangle(x: np.ndarray, triangles: np.ndarray, edges: np.ndarray, balls: Bal
         for _ in range(SMOOTHINGS):
             x = np.where(marked[:, None], mean @ x, x)
         x = clear(x, triangles, edges, balls, clearance)
-    return x
+        crossing = crossings(x, triangles)
+    return x, crossing
