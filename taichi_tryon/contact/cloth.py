@@ -64,10 +64,11 @@ class ClothContact:
 
     def guard(self, stiffness: float) -> bool:
         """Let a spring of a ``stiffness`` [N/m] stand between pieces that would meet on the path, for as long as the
-        present forces are looked at; whether there are any."""
+        present forces are looked at; whether there are any that find a place: those that would meet first do."""
         self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
-        short = self.free < 1.0
-        if not short.any():
+        short = np.flatnonzero(self.free < 1.0)
+        short = np.sort(short[np.argsort(self.free[short], kind="stable")[: self.capacity - self.count]])
+        if not len(short):
             return False
         self.guards.append((self.pairs[short], self.free[short]))
         self._bind_all(stiffness)
