@@ -74,17 +74,17 @@ class ClothContact:
         self._bind_all(stiffness)
         return True
 
-    def keep_apart(self) -> float:
+    def keep_apart(self, alike: bool = False) -> float:
         """Shorten ``path`` where pieces would meet; the least part of it that is left anywhere.
 
-        First only the corners of the pairs in question go less far; should that bring others together too often, all
-        do.
+        First only the corners of the pairs in question go less far; should that bring others together too often, or
+        where it is to be ``alike`` for all, all do.
         """
         if not len(self.pairs):
             return 1.0
         whole = self.path.to_numpy()
         part = np.ones(self.nv)
-        for _ in range(ROUNDS):
+        for _ in range(0 if alike else ROUNDS):
             self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
             short = self.free < 1.0
             if not short.any():
