@@ -122,7 +122,7 @@ def two_sheets(make_sheet, moduli, floor_and_ball_field):
     """Two strips of 10 by 6 cm, high over floor and ball, that feel each other, and their common stepper."""
     sheet = make_sheet(0.1, 0.06, 0.02)
     cloth = Cloth.join([(sheet, moduli)] * 2)
-    flat = sheet.points - sheet.points.mean(axis=0)
+    flat = sheet.points - 0.5 * sheet.points.max(axis=0)
     flat = np.column_stack([flat[:, 0], np.full(len(flat), 5.0), -flat[:, 1]])
     positions = np.concatenate([flat, flat + [0, 0.5, 0]])
     laws = (CONTACT.stiffness, CONTACT.thickness, CONTACT.friction)
