@@ -64,26 +64,27 @@ class ClothContact:
 
     def guard(self, stiffness: float) -> bool:
         """Let a spring of a ``stiffness`` [N/m] stand between pieces that would meet on the path, for as long as the
-        present forces are looked at; whether there are any."""
+        present forces are looked at; whether there are any that find a place: those that would meet first do."""
         self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
-        short = self.free < 1.0
-        if not short.any():
+        short = np.flatnonzero(self.free < 1.0)
+        short = np.sort(short[np.argsort(self.free[short], kind="stable")[: self.capacity - self.count]])
+        if not len(short):
             return False
         self.guards.append((self.pairs[short], self.free[short]))
         self._bind_all(stiffness)
         return True
 
-    def keep_apart(self) -> float:
+    def keep_apart(self, alike: bool = False) -> float:
         """Shorten ``path`` where pieces would meet; the least part of it that is left anywhere.
 
-        First only the corners of the pairs in question go less far; should that bring others together too often, all
-        do.
+        First only the corners of the pairs in question go less far; should that bring others together too often, or
+        where it is to be ``alike`` for all, all do.
         """
         if not len(self.pairs):
             return 1.0
         whole = self.path.to_numpy()
         part = np.ones(self.nv)
-        for _ in range(ROUNDS):
+        for _ in range(0 if alike else ROUNDS):
             self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
             short = self.free < 1.0
             if not short.any():

@@ -20,7 +20,7 @@ from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.cloth import ClothContact
 from taichi_tryon.contact.samples import Samples
-from taichi_tryon.solver import schemes
+from taichi_tryon.solver import guards, schemes
 from taichi_tryon.solver.coarse import CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.matrix import Matrix
@@ -35,8 +35,6 @@ LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 EXACT_BELOW = 1e-3
 # Newton iterations that share a coarse space
 REFRESH = 2
-# how often a direction is corrected for cloth that would meet cloth, and the stiffness against it over the matrix's own
-GUARDS, GUARD = 4, 10.0
 
 
 @ti.data_oriented
@@ -154,8 +152,14 @@ class ImplicitStep:
             if not self.way.aim(self.linear.d, s.longest_move):
                 break
             if self.layered:
-                linear += self._stay_apart()
-            if self._search(before, inverse_dt) == 0.0:
+                with self.clock("contact"):
+                    linear += guards.stay_apart(self.layers, self.linear, self.way, s, self.reach)
+                    self.layers.keep_apart()
+            share = self._search(before, inverse_dt)
+            if self.layered and share == 0.0:
+                share, more = self._search_alike(before, inverse_dt)
+                linear += more
+            if share == 0.0:
                 break
             progress = True
             self._bind(0, 0.0)
@@ -173,23 +177,14 @@ class ImplicitStep:
             return iterations + self._solve_linear(inverse_dt, exact=False, refresh=True)
         return iterations
 
-    def _stay_apart(self) -> int:
-        """Solve anew with springs between what would meet on the way, until nothing would, or too often; what still
-        would goes less far. Returns the linear solver's iterations."""
-        s, linear = self.settings, 0
-        stiffness = GUARD * float(self.linear.stiffness_sum.to_numpy().sum()) / self.nv
-        for _ in range(GUARDS):
-            first = self.layers.count
-            with self.clock("contact"):
-                guarded = self.layers.guard(stiffness)
-            if not guarded:
-                return linear
-            self.layers.push(self.linear.b, first)
-            linear += self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh=False)[0]
-            self.way.aim(self.linear.d, s.longest_move)
-        with self.clock("contact"):
-            self.layers.keep_apart()
-        return linear
+    def _search_alike(self, before: float, inverse_dt: float) -> tuple[float, int]:
+        """Search along Newton's own direction, all of it shortened alike: Phi falls along it, as it need not where
+        each vertex has been stopped by itself. The share gone, and the iterations of the linear solver."""
+        self.layers.bind()
+        self._gather(inverse_dt)
+        linear = guards.aim(self.linear, self.way, self.settings, self.reach)
+        self.layers.keep_apart(alike=True)
+        return self._search(before, inverse_dt), linear
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)

@@ -27,6 +27,8 @@ class Way:
         """Let the cloth be where it was moved to since ``start``, or as near to it as its layers let it."""
         if self.layers is not None:
             self._measure(self.base)
+            # its layers look along the path from where the cloth is
+            self.go(0.0)
             self.layers.look_ahead()
             self.layers.keep_apart()
             self.go(1.0)

@@ -8,6 +8,7 @@ import taichi as ti
 
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.distance import distance, weights_of
 from taichi_tryon.contact.samples import Samples
 
 STIFFNESS, THICKNESS, FRICTION = 1e7, 5e-4, 0.3
@@ -82,3 +83,30 @@ def flat(cloth, make_sheet):
 def law():
     """The figures of the contact under test."""
     return SimpleNamespace(stiffness=STIFFNESS, thickness=THICKNESS, friction=FRICTION)
+
+
+@ti.kernel
+def _closest(kind: ti.types.ndarray(), at: ti.types.ndarray(), weights: ti.types.ndarray(), length: ti.types.ndarray()):
+    for p in range(kind.shape[0]):
+        a, b, c, d = _corner(at, p, 0), _corner(at, p, 1), _corner(at, p, 2), _corner(at, p, 3)
+        w = weights_of(kind[p], a, b, c, d)
+        length[p] = distance(kind[p], a, b, c, d)
+        for k in ti.static(range(4)):
+            weights[p, k] = w[k]
+
+
+@ti.func
+def _corner(at: ti.template(), p: int, k: int):
+    return ti.Vector([at[p, k, 0], at[p, k, 1], at[p, k, 2]])
+
+
+@pytest.fixture(scope="session")
+def closest():
+    """Weights (n, 4) and distances (n,) [m] of pairs of a kind (n,) with corners (n, 4, 3)."""
+
+    def of(kind, corners):
+        weights, length = np.empty((len(kind), 4)), np.empty(len(kind))
+        _closest(np.asarray(kind, np.int32), np.ascontiguousarray(corners), weights, length)
+        return weights, length
+
+    return of

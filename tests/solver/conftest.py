@@ -1,5 +1,6 @@
 """A small sheet that steps over a floor and a ball, made once; every test gets it lying flat in free air, at rest."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +18,7 @@ EXACT = StepSettings(
     tolerance=1e-7, max_newton_iterations=60, linear_tolerance=1e-6, max_linear_iterations=2000, longest_move=0.1
 )
 CONTACT = SimpleNamespace(stiffness=1e7, thickness=5e-4, friction=0.3)
+LAYERS = SimpleNamespace(stiffness=1e8, thickness=1e-3)
 
 
 @pytest.fixture(scope="session")
@@ -113,3 +115,44 @@ def on_the_floor(stepper, level):
     stepper.contact.evaluate()
     stepper.contact.bind(0, 0.0)
     return positions
+
+
+@pytest.fixture(scope="session")
+def two_sheets(make_sheet, moduli, floor_and_ball_field):
+    """Two strips of 10 by 6 cm, high over floor and ball, that feel each other, and their common stepper."""
+    sheet = make_sheet(0.1, 0.06, 0.02)
+    cloth = Cloth.join([(sheet, moduli)] * 2)
+    flat = sheet.points - 0.5 * sheet.points.max(axis=0)
+    flat = np.column_stack([flat[:, 0], np.full(len(flat), 5.0), -flat[:, 1]])
+    positions = np.concatenate([flat, flat + [0, 0.5, 0]])
+    laws = (CONTACT.stiffness, CONTACT.thickness, CONTACT.friction)
+    layers = (LAYERS.stiffness, LAYERS.thickness)
+    step = ImplicitStep(cloth, floor_and_ball_field, positions, laws, GRAVITY, EXACT, Stopwatch(), layers=layers)
+    return SimpleNamespace(step=step, cloth=cloth, flat=flat, thickness=LAYERS.thickness)
+
+
+@pytest.fixture
+def start(two_sheets):
+    """Puts the sheets somewhere, with velocities (nv, 3), what is not ``free`` (nv, 1 or 3) held."""
+
+    def put(positions, velocities=0.0, free=None, gravity=GRAVITY, **settings):
+        step, shape = two_sheets.step, positions.shape
+        step.settings = replace(EXACT, **settings)
+        step.gravity[None] = gravity
+        fields.upload(step.free, np.ones(shape) if free is None else np.broadcast_to(free, shape) * 1.0)
+        step.place_held(positions)
+        step.restore(
+            {
+                "positions": positions,
+                "velocities": np.broadcast_to(velocities, shape) + np.zeros(shape),
+                "accelerations": np.zeros(shape),
+                "acceleration_known": np.array(False),
+                "slip": np.zeros((step.contact.count, 3)),
+                "along": np.ones(step.contact.count),
+                "touched": np.zeros(2, bool),
+                "rotation": np.zeros(step.elastic.rotation.shape),
+            }
+        )
+        return step
+
+    return put

@@ -1,0 +1,28 @@
+"""Newton directions that bring no cloth to cloth: solved anew with springs between what would meet on the way."""
+
+import numpy as np
+
+# how often a direction is corrected, and the stiffness of the springs over the matrix's own
+ROUNDS, STIFFNESS = 4, 10.0
+
+
+def stay_apart(layers, linear, way, settings, reach: float) -> int:
+    """Put springs between what would meet and aim anew, until nothing would or too often; iterations of ``linear``."""
+    iterations = 0
+    stiffness = STIFFNESS * float(linear.stiffness_sum.to_numpy().sum()) / linear.nv
+    for _ in range(ROUNDS):
+        first = layers.count
+        if not layers.guard(stiffness):
+            break
+        layers.push(linear.b, first)
+        iterations += aim(linear, way, settings, reach)
+        if not np.isfinite(way.peak(linear.d)):
+            break
+    return iterations
+
+
+def aim(linear, way, settings, reach: float) -> int:
+    """Solve for the direction of the right-hand side as it is, and aim along it; iterations of ``linear``."""
+    iterations = linear.solve(settings.linear_tolerance, settings.max_linear_iterations, reach, refresh=False)[0]
+    way.aim(linear.d, settings.longest_move)
+    return iterations

@@ -1,0 +1,106 @@
+"""The way of the cloth: a part of a direction, measured, and shortened where cloth would meet cloth."""
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from taichi_tryon.dressing.check import crossings
+from taichi_tryon.solver.way import Way
+
+COUNT = 100
+
+
+@pytest.fixture(scope="module")
+def way():
+    """Of points without layers, and a direction to go."""
+    x, path, direction = (ti.Vector.field(3, float, shape=COUNT) for _ in range(3))
+    way = Way(x, path, None)
+    way.direction = direction
+    return way
+
+
+@pytest.fixture
+def somewhere(way):
+    rng = np.random.default_rng(0)
+    at, direction = rng.normal(size=(2, COUNT, 3))
+    way.x.from_numpy(at)
+    way.direction.from_numpy(direction)
+    return at, direction
+
+
+def test_short_directions_are_gone_whole(way, somewhere):
+    at, direction = somewhere
+    assert way.aim(way.direction, 100.0) == 1.0
+    for part in (1.0, 0.25, 0.0):
+        way.go(part)
+        assert way.x.to_numpy() == pytest.approx(at + part * direction, abs=1e-15)
+
+
+def test_no_vertex_goes_further_than_the_longest_move(way, somewhere):
+    at, direction = somewhere
+    share = way.aim(way.direction, 0.01)
+    assert share == pytest.approx(0.01 / np.linalg.norm(direction, axis=1).max(), rel=1e-12)
+    way.go(1.0)
+    gone = way.x.to_numpy() - at
+    assert np.linalg.norm(gone, axis=1).max() == pytest.approx(0.01, rel=1e-9)
+    assert gone == pytest.approx(share * direction, abs=1e-15)
+
+
+def test_nowhere_to_go_is_no_fault(way, somewhere):
+    way.direction.fill(0.0)
+    assert way.aim(way.direction, 0.01) == 1.0
+    way.go(1.0)
+    assert np.array_equal(way.x.to_numpy(), somewhere[0])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [0, COUNT // 2, COUNT - 1])
+def test_a_direction_that_is_not_finite_is_not_gone(way, somewhere, value, place):
+    at, direction = somewhere
+    direction[place, 1] = value
+    way.direction.from_numpy(direction)
+    assert way.peak(way.direction) == np.inf
+    assert way.aim(way.direction, 0.01) == 0.0
+    assert np.array_equal(way.x.to_numpy(), at)
+
+
+def test_the_longest_vector_is_found_wherever_it_is(way, somewhere):
+    for place in (0, 1, 63, 64, COUNT - 1):
+        vectors = somewhere[1].copy()
+        vectors[place] = [30.0, -40.0, 0.0]
+        way.direction.from_numpy(vectors)
+        assert way.peak(way.direction) == pytest.approx(50, rel=1e-12)
+
+
+def test_how_far_it_has_gone_is_measured(way, somewhere):
+    at, direction = somewhere
+    way.direction.from_numpy(at + direction)
+    far = way.gone_from(way.direction)
+    assert far == pytest.approx(np.linalg.norm(direction, axis=1).max(), rel=1e-12)
+    assert way.path.to_numpy() == pytest.approx(-direction, abs=1e-14)
+
+
+def test_without_layers_it_arrives_wherever_it_is_moved(way, somewhere):
+    way.start()
+    way.x.fill(7.0)
+    way.arrive()
+    assert (way.x.to_numpy() == 7.0).all()
+
+
+def test_with_layers_it_arrives_as_near_as_they_let_it(two_sheets, start):
+    """Led through each other the sheets stop before; led past each other they are where they were led."""
+    two, flat = two_sheets, two_sheets.flat
+    above = np.concatenate([flat, flat @ np.diag([0.9, 1, 0.9]) + [0, 4e-3, 0]])
+    for move, free in (([0, -0.01, 0], False), ([0.01, 2e-3, 0], True)):
+        step = start(above)
+        end = above.copy()
+        end[len(flat) :] += move
+        step.way.start()
+        step.x.from_numpy(end)
+        step.way.arrive()
+        x = step.x.to_numpy()
+        assert len(crossings(x, two.cloth.triangles)) == 0
+        assert (x[len(flat) :, 1].min() > flat[:, 1].max()) and np.allclose(x, end, atol=1e-12) == free
+        # four fifths of the distance are gone
+        if not free:
+            assert x[len(flat) :, 1].min() - x[: len(flat), 1].max() < 0.25 * 4e-3
