@@ -51,3 +51,23 @@ def test_what_cannot_be_put_on(make_cone_scene):
     cone_scene["garments"][0]["dressing"]["disks"]["lower"]["offset_cm"] = [0, 8, 0]
     with pytest.raises(DressingError, match="disk 'lower': groups trunk have no section there"):
         check_scene(SceneSpec.model_validate(cone_scene))
+
+
+def test_layers_that_cross_at_the_start_are_refused(make_cone_scene):
+    fabric = make_cone_scene()["garments"][0]["fabric"]
+
+    def scene(height_cm, layers):
+        sheets = [
+            {
+                "name": name,
+                "sheet": {"size_cm": [10, 10], "rotation_degree": turn, "origin_cm": origin},
+                "fabric": fabric,
+            }
+            for name, turn, origin in (("low", [0, 0, 0], [0, 0, 0]), ("cut", [90, 0, 0], [0.7, height_cm, -5]))
+        ]
+        return SceneSpec.model_validate({"scene": "two", "garments": sheets, "contact": {"layers": layers}})
+
+    with pytest.raises(DressingError, match=r"contact.layers: \d+ pairs of triangles cross at the start.*low.*cut"):
+        check_scene(scene(5.0, {}))
+    assert "skipped: contact of cloth with cloth: contact.layers does not ask for it" in check_scene(scene(5.0, None))
+    assert not [line for line in check_scene(scene(-5.0, {})) if "contact of cloth with cloth" in line]
