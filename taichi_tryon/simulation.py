@@ -16,8 +16,9 @@ from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 
 PHASES = ("dress", "drape", "move", "settle")
-# dressing is over when no vertex moves further in a step [m], or after so many steps
-DRESSED_MOVE, DRESS_STEPS = 1e-3, 60
+# dressing is over when no vertex moves further in so many steps running [m], for what is stopped by a fold may go on,
+# or after so many steps
+DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 60
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # the longest step of settling [s], where there is no inertia left to follow
@@ -37,7 +38,7 @@ class Progress:
     rejected: int = 0
     newton_iterations: int = 0
     linear_iterations: int = 0
-    moved: float = np.inf
+    calm_steps: int = 0
     residual: float = np.inf
 
 
@@ -163,7 +164,7 @@ class Simulation:
         p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
         # the long steps of settling are no time that passes
         p.time, p.phase_time = p.time + min(dt, self.scene.solver.step_s), p.phase_time + dt
-        p.moved = result.moved
+        p.calm_steps = p.calm_steps + 1 if result.moved <= DRESSED_MOVE else 0
         longest = LONGEST_SETTLING_STEP if p.phase == "settle" else self.scene.solver.step_s
         p.dt = min(max(p.dt * result.change, self.scene.solver.min_step_s), longest)
         return True
@@ -203,7 +204,7 @@ class Simulation:
     def _phase_over(self) -> bool:
         p, scene = self.progress, self.scene
         if p.phase == "dress":
-            return p.moved <= DRESSED_MOVE or p.phase_steps >= DRESS_STEPS
+            return p.calm_steps >= CALM_STEPS or p.phase_steps >= DRESS_STEPS
         if p.phase == "drape":
             return p.phase_time >= scene.drape.duration_s - 1e-9
         if p.phase == "move":

@@ -32,7 +32,8 @@ class ClothContact:
 
     def __init__(self, cloth: Cloth, x, path, stiffness: float, thickness: float):
         self.nv, self.x, self.path = cloth.vertex_count, x, path
-        self.proximity = Proximity(cloth, x, path, thickness)
+        self.edge_length = float(np.sqrt(4 / np.sqrt(3) * cloth.areas.mean()))
+        self.proximity = Proximity(cloth, x, path, thickness, self.edge_length)
         self.stiffness, self.thickness = (ti.field(float, shape=()) for _ in range(2))
         self.stiffness[None], self.thickness[None] = stiffness, thickness
         of_edge = np.bincount(cloth.triangle_edges.ravel(), np.repeat(cloth.areas / 3, 3), len(cloth.hinges))
@@ -62,11 +63,15 @@ class ClothContact:
         self.pairs, self.pair_area = pairs, area
         self.free = np.empty(len(pairs))
 
+    def would_meet(self) -> np.ndarray:
+        """Which pairs would meet on the path, and how far each is free to go."""
+        self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
+        return self.free < 1.0
+
     def guard(self, stiffness: float) -> bool:
         """Let a spring of a ``stiffness`` [N/m] stand between pieces that would meet on the path, for as long as the
         present forces are looked at; whether there are any that find a place: those that would meet first do."""
-        self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
-        short = np.flatnonzero(self.free < 1.0)
+        short = np.flatnonzero(self.would_meet())
         short = np.sort(short[np.argsort(self.free[short], kind="stable")[: self.capacity - self.count]])
         if not len(short):
             return False
@@ -85,15 +90,14 @@ class ClothContact:
         whole = self.path.to_numpy()
         part = np.ones(self.nv)
         for _ in range(0 if alike else ROUNDS):
-            self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
-            short = self.free < 1.0
+            short = self.would_meet()
             if not short.any():
                 return float(part.min())
             less = np.ones(self.nv)
             np.minimum.at(less, self.pairs.corners[short], self.free[short, None])
             part *= less
             fields.upload(self.path, whole * part[:, None])
-        self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
+        self.would_meet()
         part *= self.free.min()
         fields.upload(self.path, whole * part[:, None])
         return float(part.min())

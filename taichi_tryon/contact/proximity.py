@@ -38,7 +38,7 @@ class Proximity:
     """Finds the pairs of a cloth at ``x`` that come nearer than ``distance`` [m] on the way along ``path``, and some
     that do not quite; pieces that share a corner are no pair."""
 
-    def __init__(self, cloth: Cloth, x, path, distance: float):
+    def __init__(self, cloth: Cloth, x, path, distance: float, edge_length: float):
         nv, edges, triangles = cloth.vertex_count, cloth.hinges[:, :2], cloth.triangles
         self.x, self.path, self.distance = x, path, distance
         # vertices, edges and triangles in one row: the first two look, the last two are looked for
@@ -49,7 +49,7 @@ class Proximity:
         self.corner = tables.vectors(self.corners)
         tables.fill()
         self.low, self.high = (ti.Vector.field(3, float, shape=self.count) for _ in range(2))
-        self.cell = CELL_SIZE * float(np.sqrt(4 / np.sqrt(3) * cloth.areas.mean())) + distance
+        self.cell = CELL_SIZE * edge_length + distance
         self.slots = 8
 
     def find(self) -> Pairs:

@@ -155,7 +155,7 @@ class ImplicitStep:
                 with self.clock("contact"):
                     linear += guards.stay_apart(self.layers, self.linear, self.way, s, self.reach)
                     self.layers.keep_apart()
-            share = self._search(before, inverse_dt)
+            share = self._search(before, inverse_dt, 0.0 if self.layered else TOLERATED)
             if self.layered and share == 0.0:
                 share, more = self._search_alike(before, inverse_dt)
                 linear += more
@@ -182,9 +182,9 @@ class ImplicitStep:
         each vertex has been stopped by itself. The share gone, and the iterations of the linear solver."""
         self.layers.bind()
         self._gather(inverse_dt)
-        linear = guards.aim(self.linear, self.way, self.settings, self.reach)
+        linear = guards.aim(self.linear, self.way, self.settings, self.settings.longest_move, self.reach)
         self.layers.keep_apart(alike=True)
-        return self._search(before, inverse_dt), linear
+        return self._search(before, inverse_dt, TOLERATED), linear
 
     def _evaluate(self, inverse_dt: float):
         self.elastic.evaluate(inverse_dt)
@@ -199,11 +199,12 @@ class ImplicitStep:
             if self.layered:
                 self.layers.bind()
 
-    def _search(self, before: float, inverse_dt: float) -> float:
+    def _search(self, before: float, inverse_dt: float, tolerated: float) -> float:
         """Go along d as far as Phi falls; returns the share of the way gone, 0 where none can be.
 
         Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all
-        the rest of the cloth: then the shortest share is gone if Phi rises by no more than TOLERATED of what is stored.
+        the rest of the cloth: then the shortest share is gone if Phi rises by no more than a tolerated part of what is
+        stored.
         """
         share = 1.0
         while True:
@@ -215,7 +216,7 @@ class ImplicitStep:
             if share < 2 * LEAST_SHARE:
                 break
             share *= 0.5
-        if rise <= TOLERATED * self._stored(inverse_dt):
+        if rise <= tolerated * self._stored(inverse_dt):
             return share
         self.way.go(0.0)
         self._evaluate(inverse_dt)

@@ -20,7 +20,7 @@ def two(make_sheet, moduli):
     cloth = Cloth.join([(sheet, moduli)] * 2)
     x, path = (ti.Vector.field(3, float, shape=cloth.vertex_count) for _ in range(2))
     flat = np.column_stack([sheet.points, np.zeros(len(sheet.points))])
-    search = Proximity(cloth, x, path, THICKNESS)
+    search = Proximity(cloth, x, path, THICKNESS, edge_length=0.01)
 
     def find(at, way):
         x.from_numpy(at)
