@@ -77,7 +77,7 @@ class CoarseSpace:
         return CoarseSpace(matrix, x, ids, weights), float(np.sqrt(cloth.areas.sum() / nodes))
 
     def __init__(self, matrix, x, ids: np.ndarray, weights: np.ndarray):
-        self.matrix, self.x, self.nv = matrix, x, len(ids)
+        self.matrix, self.bending, self.x, self.nv = matrix, matrix.bending, x, len(ids)
         used, ids = np.unique(ids, return_inverse=True)
         ids = ids.reshape(weights.shape)
         self.node_count = len(used)
@@ -109,6 +109,9 @@ class CoarseSpace:
         rows, columns = self.matrix.rows, self.matrix.columns
         links = sp.csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(nv, nv))
         links = links + sp.identity(nv, bool, "csr")
+        bending = self.bending
+        if bending.constant:
+            links = links + sp.csr_matrix((np.ones(len(bending.rows), bool), (bending.rows, bending.columns)), (nv, nv))
         product = (links @ hats).tocsr()
         product.sort_indices()
         slot_row = np.repeat(np.arange(nv), np.diff(product.indptr))
@@ -122,6 +125,8 @@ class CoarseSpace:
         self.slot_start = tables.scalars(product.indptr)
         self.block_slot = tables.vectors(slots(rows, columns))
         self.diagonal_slot = tables.vectors(slots(np.arange(nv), np.arange(nv)))
+        if bending.constant:
+            self.constant_slot = tables.vectors(slots(bending.rows, bending.columns))
         self.shift, self.turn = (ti.Matrix.field(3, 3, float, shape=len(slot_row)) for _ in range(2))
 
         # E[I, J] gathers vertex i in hat I over slot (i, J); only I <= J
@@ -162,6 +167,10 @@ class CoarseSpace:
                 self._add(i, ti.cast(self.matrix.diagonal[i], float), self.diagonal_slot[i])
                 for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                     self._add(self.matrix.column[n], ti.cast(self.matrix.block[n], float), self.block_slot[n])
+                if ti.static(self.bending.constant):
+                    for n in range(self.bending.row_start[i], self.bending.row_start[i + 1]):
+                        block = ti.cast(self.bending.value[n], float) * ti.Matrix.identity(float, 3)
+                        self._add(self.bending.column[n], block, self.constant_slot[n])
         for p in range(self.pair_count):
             row, column = self.pair_row[p], self.pair_column[p]
             aa, ab = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)

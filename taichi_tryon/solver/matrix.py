@@ -10,10 +10,11 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``free``
-    (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth lays on cloth, whose pairs come and go,
-    is added as it is, by the law ``layers`` or None; ``contact`` is the contact stiffness around each
-    vertex, ``stiffness`` the mean of the diagonal without contact.
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; a matrix
+    of bending that is constant stays with its law, as it has one number where others have a block; ``free`` (nv
+    vectors) is 0 along the axes where a vertex is held, else 1; what cloth lays on cloth, whose pairs come and go, is
+    added as it is, by the law ``layers`` or None; ``contact`` is the contact stiffness around each vertex,
+    ``stiffness`` the mean of the diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
@@ -23,7 +24,8 @@ class Matrix:
         self.nv = mass.shape[0]
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
-        inner = np.flatnonzero(hinges[:, 3] >= 0)
+        self.bending = elastic.bending
+        inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
         low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
         for table, owners, width, label in (
             (hinges[inner], inner, 4, 1),
@@ -77,9 +79,10 @@ class Matrix:
             for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
                 code = self.membrane_code[n]
                 block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt, exact)
-            for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
-                code = self.hinge_code[n]
-                block += self.elastic.bending_block(code // 16, code // 4 % 4, code % 4, inverse_dt)
+            if ti.static(self.bending.hinged):
+                for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
+                    code = self.hinge_code[n]
+                    block += self.bending.block(code // 16, code // 4 % 4, code % 4, inverse_dt)
             for n in range(self.sample_start[p], self.sample_start[p + 1]):
                 code = self.sample_code[n]
                 block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
@@ -94,6 +97,8 @@ class Matrix:
             diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
             for n in range(self.row_start[i], self.row_start[i + 1]):
                 diagonal -= ti.cast(self.block[n], float)
+            if ti.static(self.bending.constant):
+                diagonal += self.bending.own(i) * ti.Matrix.identity(float, 3)
             self.diagonal[i] = ti.cast(diagonal, ti.f32)
             self.stiffness[i] = (diagonal - own).trace() / 3.0
             if ti.static(self.layered):
@@ -106,6 +111,8 @@ class Matrix:
         result = ti.cast(self.diagonal[i], float) @ vector[i]
         for n in range(self.row_start[i], self.row_start[i + 1]):
             result += ti.cast(self.block[n], float) @ vector[self.column[n]]
+        if ti.static(self.bending.constant):
+            result += self.bending.product(i, vector)
         if ti.static(self.layered):
             result += self.layers.product(i, vector)
         return self.free[i] * result
