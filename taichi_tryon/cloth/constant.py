@@ -123,7 +123,7 @@ def _turned(bend: np.ndarray, angle: np.ndarray) -> np.ndarray:
 class Constant:
     """The forces -Q x at positions ``x`` (nv vectors), and internal friction in the hinges where there is any.
 
-    Off the diagonal Q lies by rows: ``row_start``, ``column``, ``value``. Forces are summed over differences of
+    Off the diagonal Q has the entries ``rows``, ``columns``, ``values``. Forces are summed over differences of
     positions, so that values in single precision still make an energy that no shift and no turn changes.
     """
 
@@ -133,11 +133,11 @@ class Constant:
         self.nv, self.ne, self.x = cloth.vertex_count, len(cloth.hinges), x
         q = matrix(cloth).tocoo()
         off = q.row != q.col
-        self.rows, self.columns = q.row[off], q.col[off]
+        self.rows, self.columns, self.values = q.row[off], q.col[off], q.data[off].astype(np.float32)
         self.row_start = tables.scalars(fields.group(self.rows, self.nv)[0])
         self.column = tables.scalars(self.columns)
-        self.value = ti.field(ti.f32, shape=max(len(self.columns), 1))
-        self.value.from_numpy(np.append(q.data[off], 0.0)[: self.value.shape[0]].astype(np.float32))
+        self.value = ti.field(ti.f32, shape=len(self.columns))
+        self.value.from_numpy(self.values)
         self.pull = ti.Vector.field(3, float, shape=self.nv)
         # a triangle at each vertex, by which its energy is counted
         first = np.zeros(self.nv, np.int32)
@@ -176,22 +176,6 @@ class Constant:
         total = self.pull[i]
         if ti.static(self.hinged):
             total += self.hinges.force(i)
-        return total
-
-    @ti.func
-    def own(self, i: int) -> float:
-        """Q of vertex i with itself [N/m]."""
-        total = ti.cast(0.0, float)
-        for n in range(self.row_start[i], self.row_start[i + 1]):
-            total -= ti.cast(self.value[n], float)
-        return total
-
-    @ti.func
-    def product(self, i: int, vector: ti.template()):
-        """Row i of Q, its diagonal left out, times a vector field."""
-        total = ti.Vector([0.0, 0.0, 0.0])
-        for n in range(self.row_start[i], self.row_start[i + 1]):
-            total += ti.cast(self.value[n], float) * vector[self.column[n]]
         return total
 
     @ti.func

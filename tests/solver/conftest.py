@@ -106,10 +106,9 @@ def as_sparse():
         nv = matrix.nv
         rows, columns = np.r_[matrix.rows, np.arange(nv)], np.r_[matrix.columns, np.arange(nv)]
         blocks = np.concatenate([matrix.block.to_numpy(), matrix.diagonal.to_numpy()]).astype(float)
-        law = matrix.bending
-        if law.constant:
-            rows, columns = np.r_[rows, law.rows], np.r_[columns, law.columns]
-            blocks = np.concatenate([blocks, law.value.to_numpy()[:, None, None] * np.eye(3)])
+        if matrix.bending.constant:
+            rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]
+            blocks = np.concatenate([blocks, matrix.far_value.to_numpy()[:, None, None] * np.eye(3)])
         i = 3 * rows[:, None, None] + np.arange(3)[:, None] + np.zeros((3, 3), int)
         j = 3 * columns[:, None, None] + np.arange(3)[None, :] + np.zeros((3, 3), int)
         return sp.csr_matrix((blocks.ravel(), (i.ravel(), j.ravel())), shape=(3 * nv, 3 * nv))
