@@ -68,7 +68,7 @@ class MeshSpec(Spec):
     bending: Bending = Field(
         "mid_edge",
         description="how curvature is found on the triangles; mid_edge: by normals at the edges' middles, converges on "
-        "every mesh; constant: by one matrix quadratic in the positions, faster, less exact on coarse triangles",
+        "every mesh; constant: by one matrix, quadratic in the positions, cheaper, less exact on coarse triangles",
     )
 
 
