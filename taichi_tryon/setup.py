@@ -74,7 +74,8 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         make = _placed if spec.sheet else _dressed
         garments.append(make(spec, scene.mesh.edge_length_mm * MM, body, start, layer, clock))
     with clock("mesh"):
-        cloth = Cloth.join([(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments])
+        fabrics = [(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments]
+        cloth = Cloth.join(fabrics, scene.mesh.bending)
     positions = np.concatenate([garment.dressed.positions for garment in garments])
     velocities = np.concatenate([garment.velocities for garment in garments])
     if scene.contact.layers:

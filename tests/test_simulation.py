@@ -122,3 +122,10 @@ def test_where_no_step_can_be_done_it_fails_and_keeps_the_last_state(simulation,
     assert np.array_equal(simulation.stepper.x.to_numpy(), good["positions"])
     assert simulation.progress.steps == int(good["progress_steps"])
     assert simulation.progress.rejected >= 10
+
+
+def test_the_scene_chooses_the_law_of_bending(simulation, make_cone_scene):
+    data = make_cone_scene()
+    data["mesh"]["bending"] = "constant"
+    assert prepare(SceneSpec.model_validate_json(json.dumps(data)), Stopwatch()).cloth.bending == "constant"
+    assert simulation.setup.cloth.bending == "mid_edge"

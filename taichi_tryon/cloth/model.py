@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +13,9 @@ from taichi_tryon.cloth.bending import triangle_stiffness
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.mesh.topology import Topology
+
+# laws of bending: by mid-edge normals, or by one constant matrix
+Bending = Literal["mid_edge", "constant"]
 
 
 @dataclass(frozen=True)
@@ -30,8 +34,9 @@ class Cloth:
     triangles (nt, 3); gradients (nt, 3, 2) of the hat functions in material coordinates [1/m]; areas (nt,) [m^2];
     stretch (nt, 4) C11 C22 C12 C66 [N/m]; damping_time (nt,) [s]; masses (nv,) [kg].
     hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
-    triangle_edges (nt, 3) opposite to each corner; edge_stiffness (nt, 3, 3) [N m] of the edge angles; edge_rate is the
-    range of eigenvalues that the iteration for the edge rotations has to cover. tapes (k, 2) are the ends of the
+    triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
+    of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
+    bending says which law is taken. tapes (k, 2) are the ends of the
     segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
     """
 
@@ -45,11 +50,13 @@ class Cloth:
     hinges: np.ndarray
     hinge_triangles: np.ndarray
     triangle_edges: np.ndarray
+    bend: np.ndarray
     edge_stiffness: np.ndarray
     tapes: np.ndarray
     tape_lengths: np.ndarray
     tape_stiffness: np.ndarray
     edge_rate: tuple[float, float]
+    bending: Bending = "mid_edge"
 
     @property
     def vertex_count(self) -> int:
@@ -75,7 +82,11 @@ class Cloth:
         """
         rigid = vertices[self.triangles].all(axis=1)
         # a part of the edge rotations' system has its eigenvalues between those of the whole: edge_rate still covers it
-        return replace(self, edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness))
+        return replace(
+            self,
+            bend=np.where(rigid[:, None], 0.0, self.bend),
+            edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness),
+        )
 
     @property
     def edge_clamps(self) -> np.ndarray:
@@ -84,7 +95,7 @@ class Cloth:
         return np.where(rigid[:, 0], 1, np.where(rigid[:, 1], -1, 0))
 
     @staticmethod
-    def join(garments: list[tuple[GarmentMesh, Moduli]]) -> Cloth:
+    def join(garments: list[tuple[GarmentMesh, Moduli]], bending: Bending = "mid_edge") -> Cloth:
         """Put the garments' meshes one after the other."""
         parts, rows = [], []
         v = t = e = 0
@@ -103,6 +114,7 @@ class Cloth:
                     np.where(hinges < 0, -1, hinges + v),
                     np.where(beside < 0, -1, beside + t),
                     np.roll(mesh.topology.triangle_edges, -1, axis=1) + e,
+                    np.tile(moduli.bend, (nt, 1)),
                     triangle_stiffness(mesh.rest, np.tile(moduli.bend, (nt, 1))),
                     mesh.tapes.vertices + v,
                     mesh.tapes.lengths,
@@ -111,7 +123,7 @@ class Cloth:
             )
             v, t, e = v + mesh.vertex_count, t + nt, e + ne
         arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
-        return Cloth(tuple(parts), *arrays, edge_rate=_edge_rate(arrays[8], arrays[7], arrays[9]))
+        return Cloth(tuple(parts), *arrays, edge_rate=_edge_rate(arrays[8], arrays[7], arrays[10]), bending=bending)
 
 
 def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from taichi_tryon.body.spec import BodySpec, PoseSpec
+from taichi_tryon.cloth.model import Bending
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.fabric import FabricSpec
 from taichi_tryon.holds.spec import HoldSpec
@@ -64,6 +65,11 @@ class MeshSpec(Spec):
     """The triangles."""
 
     edge_length_mm: float = Field(12.0, ge=1, le=100, description="mean edge length aimed at")
+    bending: Bending = Field(
+        "mid_edge",
+        description="how curvature is found on the triangles; mid_edge: by normals at the edges' middles, converges on "
+        "every mesh; constant: by one matrix, quadratic in the positions, cheaper, less exact on coarse triangles",
+    )
 
 
 class LayersSpec(Spec):

@@ -85,6 +85,8 @@ class CoarseSpace:
         self.node = tables.vectors(ids)
         self.weight = tables.vectors(weights)
         self.filter = ti.Matrix.field(3, 3, float, shape=self.nv)
+        # what the rotations of a vertex's nodes do to it, of either sense
+        self.levered = ti.Matrix.field(3, 3, float, shape=(self.nv, NEAREST))
         self.center = ti.Vector.field(3, float, shape=self.node_count)
         self.reach = ti.field(float, shape=())
         self.size = MODES * self.node_count
@@ -109,6 +111,9 @@ class CoarseSpace:
         rows, columns = self.matrix.rows, self.matrix.columns
         links = sp.csr_matrix((np.ones(len(rows), bool), (rows, columns)), shape=(nv, nv))
         links = links + sp.identity(nv, bool, "csr")
+        if self.matrix.bending.constant:
+            far = self.matrix.far_rows, self.matrix.far_columns
+            links = links + sp.csr_matrix((np.ones(len(far[0]), bool), far), (nv, nv))
         product = (links @ hats).tocsr()
         product.sort_indices()
         slot_row = np.repeat(np.arange(nv), np.diff(product.indptr))
@@ -122,6 +127,8 @@ class CoarseSpace:
         self.slot_start = tables.scalars(product.indptr)
         self.block_slot = tables.vectors(slots(rows, columns))
         self.diagonal_slot = tables.vectors(slots(np.arange(nv), np.arange(nv)))
+        if self.matrix.bending.constant:
+            self.far_slot = tables.vectors(slots(*far))
         self.shift, self.turn = (ti.Matrix.field(3, 3, float, shape=len(slot_row)) for _ in range(2))
 
         # E[I, J] gathers vertex i in hat I over slot (i, J); only I <= J
@@ -154,6 +161,9 @@ class CoarseSpace:
             kept = (ti.Matrix.identity(float, 3) + stiff).inverse()
             free = self.matrix.free[i]
             self.filter[i] = kept * free.outer_product(free)
+            for a in range(NEAREST):
+                arm = cross_matrix((self.x[i] - self.center[self.node[i][a]]) / self.reach[None])
+                self.levered[i, a] = self.weight[i][a] * (self.filter[i] @ arm)
         for i in range(self.nv):
             for n in range(self.slot_start[i], self.slot_start[i + 1]):
                 self.shift[n] = ti.Matrix.zero(float, 3, 3)
@@ -162,6 +172,10 @@ class CoarseSpace:
                 self._add(i, ti.cast(self.matrix.diagonal[i], float), self.diagonal_slot[i])
                 for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                     self._add(self.matrix.column[n], ti.cast(self.matrix.block[n], float), self.block_slot[n])
+                if ti.static(self.matrix.bending.constant):
+                    for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):
+                        value = ti.cast(self.matrix.far_value[n], float)
+                        self._add_scaled(self.matrix.far_column[n], value, self.far_slot[n])
         for p in range(self.pair_count):
             row, column = self.pair_row[p], self.pair_column[p]
             aa, ab = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
@@ -195,10 +209,17 @@ class CoarseSpace:
         for a in range(NEAREST):
             n = slots[a]
             if n >= 0:
-                w = self.weight[j][a]
-                arm = cross_matrix((self.x[j] - self.center[self.node[j][a]]) / self.reach[None])
-                self.shift[n] += w * filtered
-                self.turn[n] -= w * (filtered @ arm)
+                self.shift[n] += self.weight[j][a] * filtered
+                self.turn[n] -= block @ self.levered[j, a]
+
+    @ti.func
+    def _add_scaled(self, j: int, value: float, slots):
+        """The same for a block that is the identity times ``value``."""
+        for a in range(NEAREST):
+            n = slots[a]
+            if n >= 0:
+                self.shift[n] += value * self.weight[j][a] * self.filter[j]
+                self.turn[n] -= value * self.levered[j, a]
 
     def update(self, mean_diagonal: float, reach: float):
         """Gather and invert E for the matrix and positions as they are. ``reach`` [m] scales the rotations."""

@@ -348,7 +348,7 @@ class ImplicitStep:
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "touched": self.flight.touched,
-            "rotation": self.elastic.rotation.to_numpy(),
+            **self.elastic.bending.state(),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -359,7 +359,7 @@ class ImplicitStep:
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
-        fields.upload(self.elastic.rotation, state["rotation"])
+        self.elastic.bending.restore(state)
 
     def place_held(self, targets: np.ndarray) -> None:
         """Where what is held shall be at the end of the next step: targets (nv, 3) [m]."""

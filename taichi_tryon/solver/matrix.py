@@ -10,10 +10,11 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; ``free``
-    (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth lays on cloth, whose pairs come and go,
-    is added as it is, by the law ``layers`` or None; ``contact`` is the contact stiffness around each
-    vertex, ``stiffness`` the mean of the diagonal without contact.
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; a constant
+    matrix of bending, which has one number a pair, by rows where nothing else has a block (``far_start``,
+    ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth
+    lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None; ``contact`` is the contact
+    stiffness around each vertex, ``stiffness`` the mean of the diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
@@ -23,7 +24,8 @@ class Matrix:
         self.nv = mass.shape[0]
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
-        inner = np.flatnonzero(hinges[:, 3] >= 0)
+        self.bending = elastic.bending
+        inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
         low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
         for table, owners, width, label in (
             (hinges[inner], inner, 4, 1),
@@ -56,12 +58,30 @@ class Matrix:
         place[order] = np.arange(len(order))
         self.rows, self.columns = rows[order], columns[order]
         self.place_ij, self.place_ji = (tables.scalars(part) for part in np.split(place, 2))
+        self._lay_out_constant(keys, tables)
         self.row_start = tables.scalars(fields.group(rows, self.nv)[0])
         self.column = tables.scalars(self.columns)
         tables.fill()
         self.block = ti.Matrix.field(3, 3, ti.f32, shape=len(self.columns))
         self.diagonal, self.contact = (ti.Matrix.field(3, 3, ti.f32, shape=self.nv) for _ in range(2))
         self.stiffness = ti.field(float, shape=self.nv)
+
+    def _lay_out_constant(self, keys: np.ndarray, tables: fields.Tables):
+        """Put a constant matrix of bending where there are blocks, the pairs ``keys``, or by rows of its own."""
+        if not self.bending.constant:
+            return
+        rows, columns, values = self.bending.rows, self.bending.columns, self.bending.values
+        wanted = np.minimum(rows, columns).astype(np.int64) * self.nv + np.maximum(rows, columns)
+        place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        far = keys[place] != wanted
+        near = np.zeros(len(keys))
+        near[place[~far]] = values[~far]
+        self.near = tables.scalars(near)
+        self.far_rows, self.far_columns = rows[far], columns[far]
+        self.far_start = tables.scalars(fields.group(self.far_rows, self.nv)[0])
+        self.far_column = tables.scalars(self.far_columns)
+        self.far_value = ti.field(ti.f32, shape=max(far.sum(), 1))
+        self.far_value.from_numpy(np.resize(values[far], self.far_value.shape))
 
     def assemble(self, inverse_dt: float, exact: bool = False) -> None:
         """Fill the matrix from the laws as last evaluated. ``inverse_dt`` 0 leaves mass and internal friction out.
@@ -77,15 +97,18 @@ class Matrix:
             for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
                 code = self.membrane_code[n]
                 block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt, exact)
-            for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
-                code = self.hinge_code[n]
-                block += self.elastic.bending_block(code // 16, code // 4 % 4, code % 4, inverse_dt)
+            if ti.static(self.bending.hinged):
+                for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
+                    code = self.hinge_code[n]
+                    block += self.bending.block(code // 16, code // 4 % 4, code % 4, inverse_dt)
             for n in range(self.sample_start[p], self.sample_start[p + 1]):
                 code = self.sample_code[n]
                 block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
             if ti.static(self.elastic.tapes.count > 0):
                 for n in range(self.tape_start[p], self.tape_start[p + 1]):
                     block += self.elastic.tapes.block(self.tape_code[n] // 9)
+            if ti.static(self.bending.constant):
+                block += self.near[p] * ti.Matrix.identity(float, 3)
             self.block[self.place_ij[p]] = ti.cast(block, ti.f32)
             self.block[self.place_ji[p]] = ti.cast(block.transpose(), ti.f32)
         for i in range(self.nv):
@@ -94,6 +117,9 @@ class Matrix:
             diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
             for n in range(self.row_start[i], self.row_start[i + 1]):
                 diagonal -= ti.cast(self.block[n], float)
+            if ti.static(self.bending.constant):
+                for n in range(self.far_start[i], self.far_start[i + 1]):
+                    diagonal -= ti.cast(self.far_value[n], float) * ti.Matrix.identity(float, 3)
             self.diagonal[i] = ti.cast(diagonal, ti.f32)
             self.stiffness[i] = (diagonal - own).trace() / 3.0
             if ti.static(self.layered):
@@ -106,6 +132,9 @@ class Matrix:
         result = ti.cast(self.diagonal[i], float) @ vector[i]
         for n in range(self.row_start[i], self.row_start[i + 1]):
             result += ti.cast(self.block[n], float) @ vector[self.column[n]]
+        if ti.static(self.bending.constant):
+            for n in range(self.far_start[i], self.far_start[i + 1]):
+                result += ti.cast(self.far_value[n], float) * vector[self.far_column[n]]
         if ti.static(self.layered):
             result += self.layers.product(i, vector)
         return self.free[i] * result

@@ -77,7 +77,7 @@ def rolled(points: np.ndarray, degrees: float, radius: float) -> np.ndarray:
 def test_a_cylinder_stores_half_b_over_r_squared(sheet, elastic, moduli, degrees):
     radius = 0.1
     elastic.x.from_numpy(rolled(sheet.points, degrees, radius))
-    elastic.rotation.fill(0.0)
+    elastic.bending.rotation.fill(0.0)
     elastic.begin_step()
     for _ in range(10):
         elastic.evaluate(0.0)

@@ -55,7 +55,7 @@ def stepper(_stepper, level, cloth):
     s, nv = _stepper, cloth.vertex_count
     zero = {"velocities": np.zeros((nv, 3)), "accelerations": np.zeros((nv, 3)), "acceleration_known": np.array(False)}
     zero |= {"slip": s.contact.slip.to_numpy() * 0, "along": np.ones(s.contact.count), "touched": np.zeros(1, bool)}
-    s.restore({"positions": level(5.0), "rotation": np.zeros(s.elastic.rotation.shape), **zero})
+    s.restore({"positions": level(5.0), "rotation": np.zeros(s.elastic.bending.rotation.shape), **zero})
     s.gravity[None] = GRAVITY
     s.contact.friction[None] = CONTACT.friction
     s.settings = EXACT
@@ -90,6 +90,17 @@ def forces(_stepper):
 
 
 @pytest.fixture(scope="session")
+def make_forces():
+    """Makes the ``Forces`` of a stepper."""
+    return Forces
+
+
+@pytest.fixture(scope="session")
+def settings():
+    return EXACT
+
+
+@pytest.fixture(scope="session")
 def as_sparse():
     """Turns an assembled Matrix into one of SciPy's (3 nv, 3 nv), held vertices included."""
 
@@ -97,6 +108,9 @@ def as_sparse():
         nv = matrix.nv
         rows, columns = np.r_[matrix.rows, np.arange(nv)], np.r_[matrix.columns, np.arange(nv)]
         blocks = np.concatenate([matrix.block.to_numpy(), matrix.diagonal.to_numpy()]).astype(float)
+        if matrix.bending.constant:
+            rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]
+            blocks = np.concatenate([blocks, matrix.far_value.to_numpy()[:, None, None] * np.eye(3)])
         i = 3 * rows[:, None, None] + np.arange(3)[:, None] + np.zeros((3, 3), int)
         j = 3 * columns[:, None, None] + np.arange(3)[None, :] + np.zeros((3, 3), int)
         return sp.csr_matrix((blocks.ravel(), (i.ravel(), j.ravel())), shape=(3 * nv, 3 * nv))

@@ -78,8 +78,8 @@ class Air:
 class Parts:
     """A sheet of about 2,000 vertices in free air with its matrix, and both solvers of it."""
 
-    def __init__(self, sheet, moduli):
-        cloth = Cloth.join([(sheet, moduli)])
+    def __init__(self, sheet, moduli, bending):
+        cloth = Cloth.join([(sheet, moduli)], bending)
         nv = self.nv = cloth.vertex_count
         self.x = ti.Vector.field(3, float, shape=nv)
         points = sheet.points
@@ -120,9 +120,9 @@ class Parts:
         return p.reshape(3 * self.nv, -1)
 
 
-@pytest.fixture(scope="module")
-def large(make_sheet, moduli):
-    return Parts(make_sheet(0.48, 0.48, 0.0115), moduli)
+@pytest.fixture(scope="module", params=["mid_edge", "constant"])
+def large(make_sheet, moduli, request):
+    return Parts(make_sheet(0.48, 0.48, 0.0115), moduli, request.param)
 
 
 def test_rigid_motions_are_in_its_range(large):

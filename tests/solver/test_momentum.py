@@ -57,7 +57,7 @@ def put(pair, scheme, low_velocity=(0.0, 0.0, 0.0), **settings):
             "slip": np.zeros((s.contact.count, 3)),
             "along": np.ones(s.contact.count),
             "touched": np.zeros(2, bool),
-            "rotation": np.zeros(s.elastic.rotation.shape),
+            "rotation": np.zeros(s.elastic.bending.rotation.shape),
         }
     )
     return s

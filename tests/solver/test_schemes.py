@@ -41,7 +41,7 @@ def put(strip, scheme, positions, velocities=None, held=True, gravity=GRAVITY, *
     s.free.from_numpy(np.repeat(1.0 - (strip.held & held)[:, None], 3, axis=1))
     s.place_held(positions)
     s.elastic.tau.fill(0.0)
-    s.elastic.hinge_tau.fill(0.0)
+    s.elastic.bending.hinges.tau.fill(0.0)
     s.restore(
         {
             "positions": positions,
@@ -51,7 +51,7 @@ def put(strip, scheme, positions, velocities=None, held=True, gravity=GRAVITY, *
             "slip": np.zeros((s.contact.count, 3)),
             "along": np.ones(s.contact.count),
             "touched": np.zeros(1, bool),
-            "rotation": np.zeros(s.elastic.rotation.shape),
+            "rotation": np.zeros(s.elastic.bending.rotation.shape),
         }
     )
     return s
@@ -185,7 +185,7 @@ def test_internal_friction_is_of_second_order_too(strip):
     for n in (400, 800, 1600):
         s = put(strip, "tr_bdf2", strip.flat * [1.01, 1, 1], gravity=[0, 0, 0], tolerance=1e-9, linear_tolerance=1e-6)
         s.elastic.tau.fill(5e-3)
-        s.elastic.hinge_tau.fill(5e-3)
+        s.elastic.bending.hinges.tau.fill(5e-3)
         for _ in range(n // 40):
             assert s.step(1 / n).accepted
         ends.append(s.x.to_numpy())

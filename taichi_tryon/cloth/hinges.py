@@ -1,0 +1,120 @@
+"""The hinges between neighbouring triangles: their angles, the moments in them, and internal friction on their rate.
+
+Both laws of bending count rates here: a hinge angle does not change when the cloth turns as a whole. Forces are
+gathered at the vertices, so that no two threads write to one place.
+"""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon import fields
+from taichi_tryon.cloth import bending
+from taichi_tryon.cloth.model import Cloth
+
+# Heights below this share of the rest height count as that share in the hinge gradient.
+LEAST_HEIGHT = 0.2
+
+
+@ti.data_oriented
+class Hinges:
+    """The ``count`` edges of a Cloth at positions ``x`` (nv vectors), borders among them, which have no angle.
+
+    ``angle`` [rad] and its ``slope`` at the four vertices [rad/m] are as last measured; a law sets ``moment`` [N m].
+    ``stiffness`` (ne,) [N m] is that of an angle with the edge's rotation held.
+    """
+
+    def __init__(self, cloth: Cloth, x, tables: fields.Tables):
+        self.count, self.x = len(cloth.hinges), x
+        self.vertex = tables.vectors(cloth.hinges)
+        diagonal, heights = np.zeros(self.count), np.full((self.count, 2), 1.0)
+        for k in range(3):
+            edges = cloth.triangle_edges[:, k]
+            np.add.at(diagonal, edges, cloth.edge_stiffness[:, k, k])
+            # 1 / |gradient of the hat of corner k| is the height over edge k
+            height = LEAST_HEIGHT / np.linalg.norm(cloth.gradients[:, k], axis=1)
+            heights[edges, np.where(cloth.edge_signs[:, k] > 0, 0, 1)] = height
+        # on the border of a clamp the whole hinge angle is that of the triangle which can bend
+        share = np.where(cloth.edge_clamps == 0, 0.5, 1.0)
+        interior = cloth.hinge_triangles[:, 1] >= 0
+        self.share = tables.scalars(share)
+        self.stiffness = tables.scalars(np.where(interior, share * share * diagonal, 0.0))
+        self.tau = tables.scalars(cloth.damping_time[cloth.hinge_triangles[:, 0]])
+        self.least_height = tables.vectors(heights)
+        self.angle, self.angle_start, self.angle_ref, self.moment = (
+            ti.field(float, shape=self.count) for _ in range(4)
+        )
+        self.slope = ti.Vector.field(3, float, shape=(self.count, 4))
+        held = np.flatnonzero(cloth.hinges.ravel() >= 0)
+        start, order = fields.group(cloth.hinges.ravel()[held], cloth.vertex_count)
+        self.role_start, self.role = tables.scalars(start), tables.scalars(held[order])
+
+    @ti.func
+    def inner(self, e: int):
+        """Whether edge e has a triangle on each side."""
+        return self.vertex[e][3] >= 0
+
+    @ti.func
+    def _angle(self, e: int) -> float:
+        h = self.vertex[e]
+        theta = ti.cast(0.0, float)
+        if h[3] >= 0:
+            theta = bending.hinge_angle(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]])
+        return theta
+
+    @ti.func
+    def _gradient(self, e: int):
+        h, least = self.vertex[e], self.least_height[e]
+        return bending.hinge_gradient(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]], least[0], least[1])
+
+    @ti.func
+    def measure(self, e: int):
+        """Angle and slope of an inner edge at the present positions."""
+        self.angle[e] = self._angle(e)
+        g = self._gradient(e)
+        for k in ti.static(range(4)):
+            self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
+
+    @ti.kernel
+    def begin_step(self):
+        """Remember the angles: internal friction acts on the change since here."""
+        for e in range(self.count):
+            theta = self._angle(e)
+            self.angle_start[e], self.angle_ref[e] = theta, theta
+
+    @ti.kernel
+    def begin_stage(self, v: ti.template(), ahead: float, beyond: float):
+        """Count rates as a stage of ``solver.schemes`` counts velocities: see ``Elastic.begin_stage``."""
+        for e in range(self.count):
+            h = self.vertex[e]
+            if h[3] >= 0:
+                slope = self._gradient(e)
+                rate = ti.cast(0.0, float)
+                for k in ti.static(range(4)):
+                    rate += ti.Vector([slope[k, 0], slope[k, 1], slope[k, 2]]).dot(v[h[k]])
+                change = self._angle(e) - self.angle_start[e]
+                self.angle_ref[e] = self.angle_start[e] + ahead * rate + beyond * change
+
+    @ti.func
+    def drag(self, e: int, inverse_dt: float) -> float:
+        """Moment [N m] of internal friction in edge e."""
+        return self.stiffness[e] * self.tau[e] * inverse_dt * (self.angle[e] - self.angle_ref[e])
+
+    @ti.func
+    def drag_energy(self, e: int, inverse_dt: float) -> float:
+        """What the drag does up to here [J]."""
+        return 0.5 * self.drag(e, inverse_dt) * (self.angle[e] - self.angle_ref[e])
+
+    @ti.func
+    def force(self, i: int):
+        """Force [N] of the moments on vertex i."""
+        total = ti.Vector([0.0, 0.0, 0.0])
+        for n in range(self.role_start[i], self.role_start[i + 1]):
+            e, k = self.role[n] // 4, self.role[n] % 4
+            if self.vertex[e][3] >= 0:
+                total -= self.moment[e] * self.slope[e, k]
+        return total
+
+    @ti.func
+    def block(self, e: int, i: int, j: int, stiffness: float):
+        """Hessian block between roles i and j of edge e of that stiffness [N m], its angle's curvature left out."""
+        return stiffness * self.slope[e, i].outer_product(self.slope[e, j])

@@ -1,0 +1,157 @@
+"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``."""
+
+import numpy as np
+import taichi as ti
+
+from taichi_tryon import fields
+from taichi_tryon.cloth.hinges import Hinges
+from taichi_tryon.cloth.model import Cloth
+
+# Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one. An even number
+# ends in the first of the two buffers.
+SWEEPS = 6
+
+
+@ti.data_oriented
+class MidEdge:
+    """The energy of all triangles' edge angles at positions ``x``, in ``hinges``."""
+
+    # nothing of it is the same at all positions: see ``constant``
+    constant = False
+    hinged = True
+
+    def __init__(self, cloth: Cloth, x, tables: fields.Tables):
+        self.nt, self.ne = len(cloth.triangles), len(cloth.hinges)
+        self.hinges = Hinges(cloth, x, tables)
+        self.hinge_triangle = tables.vectors(cloth.hinge_triangles)
+        self.triangle_edge = tables.vectors(cloth.triangle_edges)
+        self.edge_sign = tables.vectors(cloth.edge_signs)
+        self.stiffness = tables.matrices(cloth.edge_stiffness)
+        diagonal = np.bincount(
+            cloth.triangle_edges.ravel(), np.einsum("tkk->tk", cloth.edge_stiffness).ravel(), self.ne
+        )
+        self.clamp = tables.scalars(cloth.edge_clamps)
+        self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
+        self.rotation = ti.field(float, shape=(2, self.ne))
+        self.rotation_step = ti.field(float, shape=self.ne)
+        self._chebyshev(cloth.edge_rate)
+
+    def _chebyshev(self, rate: tuple[float, float]):
+        """Coefficients of the Chebyshev iteration for a spectrum within ``rate`` (Saad, Iterative Methods, 12.1)."""
+        centre, half = (rate[1] + rate[0]) / 2, (rate[1] - rate[0]) / 2
+        sigma = centre / half
+        rho = 1 / sigma
+        keep, add = [0.0], [1 / centre]
+        for _ in range(SWEEPS - 1):
+            following = 1 / (2 * sigma - rho)
+            keep.append(following * rho)
+            add.append(2 * following / half)
+            rho = following
+        self.keep, self.add = keep, add
+
+    def begin_step(self):
+        """Remember the hinge angles."""
+        self.hinges.begin_step()
+
+    def begin_stage(self, v, ahead: float, beyond: float):
+        """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
+        self.hinges.begin_stage(v, ahead, beyond)
+
+    def evaluate(self, inverse_dt: float):
+        """Hinge angles, edge rotations and moments at the present positions."""
+        self._measure()
+        for sweep in range(SWEEPS):
+            self._turn_edges(self.keep[sweep], self.add[sweep], sweep % 2)
+        self._evaluate_moments(inverse_dt)
+
+    @ti.func
+    def _edge_angles(self, t: int, buffer: int):
+        """alpha: how far the normals of the three edges lean outward from the normal of triangle t."""
+        alpha = ti.Vector([0.0, 0.0, 0.0])
+        for k in ti.static(range(3)):
+            e = self.triangle_edge[t][k]
+            alpha[k] = 0.5 * self.hinges.angle[e] + self.edge_sign[t][k] * self.rotation[buffer, e]
+        return alpha
+
+    @ti.func
+    def _edge_moment(self, t: int, e: int, buffer: int):
+        """Derivative of triangle t's energy with respect to its angle at edge e, and the edge's sign there."""
+        m = self.stiffness[t] @ self._edge_angles(t, buffer)
+        moment = ti.cast(0.0, float)
+        sign = 0
+        for k in ti.static(range(3)):
+            if self.triangle_edge[t][k] == e:
+                moment = m[k]
+                sign = self.edge_sign[t][k]
+        return moment, sign
+
+    @ti.kernel
+    def _measure(self):
+        for e in range(self.ne):
+            if self.hinges.inner(e):
+                self.hinges.measure(e)
+                if self.clamp[e] != 0:
+                    # the edge's normal is that of the clamped triangle
+                    for buffer in range(2):
+                        self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.angle[e]
+
+    @ti.kernel
+    def _turn_edges(self, keep: float, add: float, source: int):
+        """One Chebyshev sweep on the edge rotations, from buffer ``source`` to the other one."""
+        for e in range(self.ne):
+            residual = ti.cast(0.0, float)
+            for side in range(2):
+                t = self.hinge_triangle[e][side]
+                if t >= 0:
+                    moment, sign = self._edge_moment(t, e, source)
+                    residual -= sign * moment
+            step = keep * self.rotation_step[e] + add * residual / self.rotation_diagonal[e]
+            self.rotation_step[e] = step
+            self.rotation[1 - source, e] = self.rotation[source, e] + step
+
+    @ti.kernel
+    def _evaluate_moments(self, inverse_dt: float):
+        for e in range(self.ne):
+            if self.hinges.inner(e):
+                total = self.hinges.drag(e, inverse_dt)
+                for side in range(2):
+                    moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
+                    total += self.hinges.share[e] * moment
+                self.hinges.moment[e] = total
+
+    @ti.func
+    def force(self, i: int):
+        """Force [N] on vertex i, at the positions last evaluated."""
+        return self.hinges.force(i)
+
+    @ti.func
+    def block(self, e: int, i: int, j: int, inverse_dt: float):
+        """Hessian block of hinge e between its roles i and j, edge rotations held (Gauss-Newton)."""
+        return self.hinges.block(e, i, j, self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt))
+
+    @ti.func
+    def energy(self, chunk: int, first: int, last: int):
+        """A chunk's share of the energy [J] of the triangles from ``first`` to before ``last``."""
+        total = ti.cast(0.0, ti.f64)
+        low, high = fields.chunk_bounds(chunk, last - first)
+        for t in range(first + low, first + high):
+            alpha = self._edge_angles(t, 0)
+            total += 0.5 * alpha.dot(self.stiffness[t] @ alpha)
+        return total
+
+    @ti.func
+    def drag_energy(self, chunk: int, inverse_dt: float):
+        """A chunk's share of what internal friction does [J]."""
+        total = ti.cast(0.0, ti.f64)
+        low, high = fields.chunk_bounds(chunk, self.ne)
+        for e in range(low, high):
+            total += self.hinges.drag_energy(e, inverse_dt)
+        return total
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What an evaluation starts from."""
+        return {"rotation": self.rotation.to_numpy()}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``."""
+        fields.upload(self.rotation, state["rotation"])
