@@ -164,7 +164,7 @@ def start(two_sheets):
                 "slip": np.zeros((step.contact.count, 3)),
                 "along": np.ones(step.contact.count),
                 "touched": np.zeros(2, bool),
-                "rotation": np.zeros(step.elastic.rotation.shape),
+                "rotation": np.zeros(step.elastic.bending.rotation.shape),
             }
         )
         return step

@@ -30,7 +30,7 @@ def somewhere(way):
 
 def test_short_directions_are_gone_whole(way, somewhere):
     at, direction = somewhere
-    assert way.aim(way.direction, 100.0) == 1.0
+    assert way.aim(way.direction, 100.0)
     for part in (1.0, 0.25, 0.0):
         way.go(part)
         assert way.x.to_numpy() == pytest.approx(at + part * direction, abs=1e-15)
@@ -38,8 +38,8 @@ def test_short_directions_are_gone_whole(way, somewhere):
 
 def test_no_vertex_goes_further_than_the_longest_move(way, somewhere):
     at, direction = somewhere
-    share = way.aim(way.direction, 0.01)
-    assert share == pytest.approx(0.01 / np.linalg.norm(direction, axis=1).max(), rel=1e-12)
+    assert way.aim(way.direction, 0.01)
+    share = 0.01 / np.linalg.norm(direction, axis=1).max()
     way.go(1.0)
     gone = way.x.to_numpy() - at
     assert np.linalg.norm(gone, axis=1).max() == pytest.approx(0.01, rel=1e-9)
@@ -48,7 +48,7 @@ def test_no_vertex_goes_further_than_the_longest_move(way, somewhere):
 
 def test_nowhere_to_go_is_no_fault(way, somewhere):
     way.direction.fill(0.0)
-    assert way.aim(way.direction, 0.01) == 1.0
+    assert way.aim(way.direction, 0.01)
     way.go(1.0)
     assert np.array_equal(way.x.to_numpy(), somewhere[0])
 
@@ -60,7 +60,7 @@ def test_a_direction_that_is_not_finite_is_not_gone(way, somewhere, value, place
     direction[place, 1] = value
     way.direction.from_numpy(direction)
     assert way.peak(way.direction) == np.inf
-    assert way.aim(way.direction, 0.01) == 0.0
+    assert not way.aim(way.direction, 0.01)
     assert np.array_equal(way.x.to_numpy(), at)
 
 
