@@ -140,8 +140,9 @@ class Constant:
         self.rows, self.columns, self.values = q.row[off], q.col[off], q.data[off].astype(np.float32)
         self.row_start = tables.scalars(fields.group(self.rows, self.nv)[0])
         self.column = tables.scalars(self.columns)
-        self.value = ti.field(ti.f32, shape=len(self.columns))
-        self.value.from_numpy(self.values)
+        # a single triangle has nothing to bend across
+        self.value = ti.field(ti.f32, shape=max(len(self.values), 1))
+        self.value.from_numpy(np.resize(self.values, self.value.shape))
         self.pull = ti.Vector.field(3, float, shape=self.nv)
         # a triangle at each vertex, by which its energy is counted
         first = np.zeros(self.nv, np.int32)

@@ -161,3 +161,14 @@ def test_forces_and_moments_balance(law):
     scale = np.abs(force).sum()
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * scale
     assert np.abs(np.cross(start, force).sum(axis=0)).max() < 1e-9 * scale
+
+
+def test_a_single_triangle_has_nothing_to_bend_across(fabric):
+    mesh = sheet_mesh(SheetSpec(outline_cm=[[0, 0], [3, 0], [0, 3]]), 0.03, "triangle")
+    cloth = Cloth.join([(mesh, fabric)], "constant")
+    assert len(cloth.triangles) == 1
+    elastic = Elastic(cloth, ti.Vector.field(3, float, shape=3))
+    elastic.x.from_numpy(np.column_stack([1.01 * mesh.pattern_points, np.zeros(3)]))
+    elastic.evaluate(0.0)
+    energies = elastic.energies()
+    assert energies[0] > 0 and energies[2] == 0
