@@ -13,6 +13,7 @@ from taichi_tryon import fields
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.distance import EDGES, FACE, distance
 from taichi_tryon.contact.passage import reach
+from taichi_tryon.errors import RunError
 
 # cells of the grid at most, and their size in mean lengths of an edge
 CELLS, CELL_SIZE = 1 << 19, 1.5
@@ -53,7 +54,7 @@ class Proximity:
         self.slots = 8
 
     def find(self) -> Pairs:
-        """The pairs on the paths as they are."""
+        """The pairs on the paths as they are. Raises RunError where positions or paths are not finite."""
         self._box()
         low, size, shape = self._grid()
         count = np.zeros(2 * int(np.prod(shape)), np.int32)
@@ -84,6 +85,8 @@ class Proximity:
     def _grid(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
         low, high = self.low.to_numpy().min(axis=0), self.high.to_numpy().max(axis=0)
+        if not np.isfinite(high - low).all():
+            raise RunError("positions or paths of the cloth are not finite")
         size = self.cell
         while True:
             shape = np.floor((high - low) / size) + 1

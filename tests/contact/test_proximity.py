@@ -9,6 +9,7 @@ import taichi as ti
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.distance import EDGES, FACE
 from taichi_tryon.contact.proximity import Proximity
+from taichi_tryon.errors import RunError
 
 THICKNESS = 2e-3
 
@@ -120,6 +121,14 @@ def test_a_vertex_far_away_hides_nothing(two):
         thrown = at.copy()
         thrown[3] = far
         assert others(two.find(thrown, way)) == whole
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_nowhere_is_told(two, value):
+    at, way = crumpled(two, 2)
+    at[3, 1] = value
+    with pytest.raises(RunError, match="not finite"):
+        two.find(at, way)
 
 
 def test_crowded_vertices_find_all_their_neighbours(two, closest):
