@@ -9,7 +9,7 @@ import taichi as ti
 
 # a vertex and a triangle; two edges
 FACE, EDGES = 0, 1
-# shorter than this part of the product of their lengths squared, the cross product of two edges is none: parallel
+# the sine squared of the angle between two edges below which they count as parallel
 PARALLEL = 1e-10
 
 
@@ -59,10 +59,12 @@ def on_edges(p, q, a, b):
     """Where on pq and ab, as parts of their lengths, the two come closest."""
     u, v, r = q - p, b - a, p - a
     uu, vv, uv, ur, vr = u.dot(u), v.dot(v), u.dot(v), u.dot(r), v.dot(r)
-    across = uu * vv - uv * uv
+    # by cross products, as differences of dot products lose the angle of nearly parallel edges in single precision
+    normal = u.cross(v)
+    across = normal.dot(normal)
     s = ti.cast(0.0, float)
     if across > PARALLEL * uu * vv:
-        s = ti.math.clamp((uv * vr - ur * vv) / across, 0.0, 1.0)
+        s = ti.math.clamp(normal.dot(v.cross(r)) / across, 0.0, 1.0)
     t = (uv * s + vr) / vv
     if t < 0.0:
         t = ti.cast(0.0, float)
