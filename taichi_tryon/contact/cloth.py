@@ -28,7 +28,12 @@ ROUNDS = 6
 @ti.data_oriented
 class ClothContact:
     """Contact of the cloth at ``x``, on its way along ``path``, with itself. stiffness k [N/m^3], thickness t [m]: the
-    pressure is about 3 k (t - d)^2 / t at a distance d little below t."""
+    pressure is about 3 k (t - d)^2 / t at a distance d little below t.
+
+    First ``look_ahead``, then ``evaluate`` as often as positions on that way are tried, then ``bind``. Of the first
+    ``count`` pairs, bound ones and then guards, ``load`` is the force along their weights [N], ``hold`` the Hessian of
+    their distance vector [N/m].
+    """
 
     def __init__(self, cloth: Cloth, x, path, stiffness: float, thickness: float):
         self.nv, self.x, self.path = cloth.vertex_count, x, path
@@ -47,9 +52,9 @@ class ClothContact:
         self.start = ti.field(ti.i32, shape=self.nv + 1)
         self.entry = ti.field(ti.i32, shape=4 * self.capacity)
         self.pairs: Pairs | None = None
-        self.pair_area = np.zeros(0)
-        self.touching = np.zeros(0, bool)
-        self.stored = 0.0
+        self.pair_area, self.free, self.touching = np.zeros(0), np.zeros(0), np.zeros(0, bool)
+        self.stored, self.count = 0.0, 0
+        self.guards: list[tuple[Pairs, np.ndarray]] = []
 
     # -- the way ahead --------------------------------------------------------------------------------------------
 
@@ -64,13 +69,13 @@ class ClothContact:
         self.free = np.empty(len(pairs))
 
     def would_meet(self) -> np.ndarray:
-        """Which pairs would meet on the path, and how far each is free to go."""
+        """(k,) which pairs would meet on the path; ``free`` (k,) is the part of it that each can go."""
         self._free_parts(self.pairs.kind, self.pairs.corners, self.free)
         return self.free < 1.0
 
     def guard(self, stiffness: float) -> bool:
-        """Let a spring of a ``stiffness`` [N/m] stand between pieces that would meet on the path, for as long as the
-        present forces are looked at; whether there are any that find a place: those that would meet first do."""
+        """Let a spring of a ``stiffness`` [N/m] stand between pieces that would meet on the path, until ``bind``;
+        whether there are any that find a place: those that would meet first do."""
         short = np.flatnonzero(self.would_meet())
         short = np.sort(short[np.argsort(self.free[short], kind="stable")[: self.capacity - self.count]])
         if not len(short):
@@ -142,7 +147,8 @@ class ClothContact:
         return 1.0 - length / self.thickness[None], away / length, w
 
     def bind(self) -> None:
-        """Forces and Hessian of the pairs that touch, as last evaluated."""
+        """Forces and Hessian of the pairs that touch, as last evaluated, without guards. Raises RunError where there
+        are more of them than can be held."""
         self.bound, self.bound_area = self.pairs[self.touching], self.pair_area[self.touching]
         self.guards = []
         self._bind_all(0.0)
