@@ -8,13 +8,14 @@ from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from taichi_tryon import runtime
 from taichi_tryon.bench.plots import plot_convergence
 from taichi_tryon.bench.record import Record
-from taichi_tryon.errors import InputError, TryonError
+from taichi_tryon.errors import InputError, RunError, TryonError
 from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.output.report import versions
 
@@ -67,6 +68,8 @@ def run_suite(
         device = runtime.start("cpu", "f64")
         try:
             for record in _module(suite, name).records(quick):
+                if not np.isfinite(record.value):
+                    raise RunError(f"{record.quantity} is {record.value}")
                 records.append(record)
                 say(_line(record))
         except InputError:

@@ -58,6 +58,13 @@ def test_a_suite_writes_its_records_and_says_what_missed(monkeypatch, tmp_path):
     assert (tmp_path / "out" / "strip_rigidity.png").stat().st_size > 5000
 
 
+def test_a_figure_that_is_no_number_fails_its_case_alone(monkeypatch, tmp_path):
+    _suite(monkeypatch, {"strip": lambda quick: iter([refined(5, float("nan"))]), "other": lambda quick: iter([])})
+    done = suite.run_suite("accuracy", True, tmp_path)
+    assert done.failed == {"strip": "rigidity is nan"} and not done.records
+    assert json.loads((tmp_path / "accuracy.json").read_text())["failed"] == done.failed
+
+
 def test_missed_limits_are_no_failure(monkeypatch, tmp_path):
     _suite(monkeypatch, {"strip": lambda quick: iter([refined(5, 0.5)])})
     assert suite.run_suite("accuracy", True, tmp_path).exit_code == 0
