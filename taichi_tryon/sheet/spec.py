@@ -65,6 +65,8 @@ class SheetSpec(Spec):
         for key in ("mesh", "tube_radius_cm"):
             if self.size_cm is None and getattr(self, key) not in ("delaunay", None):
                 raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
+        if self.waves is not None and self.tube_radius_cm is not None:
+            raise fault("a tube is no plane to start off from: leave out tube_radius_cm or waves", "waves")
         if self.inner_diameter_cm is not None and not self.inner_diameter_cm < (self.diameter_cm or 0.0):
             raise fault("must lie within a disk, diameter_cm", "inner_diameter_cm")
         marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]
