@@ -10,9 +10,13 @@ from taichi_tryon.scene.models import GarmentSpec, SceneSpec
 
 Disagreement = tuple[tuple[str | int, ...], str]
 
+# thickness of layers over the edge length: thicker, neighbouring triangles push each other apart in flat cloth
+THICKEST = 0.5
+
 
 def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
-    """Every name in one part that another part does not have: where it stands in the scene, and the message."""
+    """Every name in one part that another part does not have, and layers too thick for the mesh: where it stands in
+    the scene, and the message."""
     if scene.body is None:
         yield from _without_body(scene)
     else:
@@ -20,6 +24,12 @@ def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
             yield from unknown_bones(scene.pose, scene.body, "pose")
         for index, step in enumerate(scene.motion):
             yield from unknown_bones(step.pose, scene.body, "motion", index, "pose")
+    layers, thickest = scene.contact.layers, THICKEST * scene.mesh.edge_length_mm
+    if layers is not None and layers.thickness_mm > thickest:
+        yield (
+            ("contact", "layers"),
+            f"thickness_mm must not exceed half of mesh.edge_length_mm, {thickest:g} (got {layers.thickness_mm:g})",
+        )
     names = [garment.name for garment in scene.garments]
     holds: set[str] = set()
     for index, garment in enumerate(scene.garments):

@@ -48,6 +48,16 @@ def test_a_sheet_needs_no_body(strip):
             "diameter_cm: 18, inner_diameter_cm: 30",
             "scene.yaml:4:49: garments.0.sheet.inner_diameter_cm: must lie within a disk, diameter_cm",
         ),
+        (
+            "size_cm: [10, 5]",
+            "size_cm: [10, 5], tube_radius_cm: 3, waves: {height_mm: 1, length_cm: 3}",
+            "scene.yaml:4:57: garments.0.sheet.waves: a tube is no plane to start off from",
+        ),
+        (
+            "garments:",
+            "mesh: {edge_length_mm: 4}\ncontact: {layers: {thickness_mm: 3}}\ngarments:",
+            "contact.layers: thickness_mm must not exceed half of mesh.edge_length_mm, 2 (got 3)",
+        ),
         ("[10, 5]", "[10, -5]", "scene.yaml:4:27: garments.0.sheet.size_cm.1: must be greater than 0 (got -5)"),
         (
             "{edge: left}",
