@@ -36,8 +36,8 @@ class Cloth:
     hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
     triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
     of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
-    bending says which law is taken. tapes (k, 2) are the ends of the
-    segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
+    bending says which law is taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest,
+    tape_stiffness (k,) [N].
     """
 
     parts: tuple[Part, ...]

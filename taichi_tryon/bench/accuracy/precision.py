@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 from taichi_tryon import runtime
 from taichi_tryon.bench.accuracy import cantilever
-from taichi_tryon.bench.record import Record, absolute, relative
+from taichi_tryon.bench.record import Record, relative, told
 from taichi_tryon.bench.simulate import Outcome, simulate
 from taichi_tryon.errors import RunError
 
@@ -38,7 +38,7 @@ def records(quick: bool) -> Iterator[Record]:
             found[precision] = figure(done)
             residual = done.simulation.progress.residual
             where = {"of": name, "precision": precision}
-            yield absolute("precision", where, "residual", "of weight", residual, 0.0, None, done.wall_s)
+            yield told("precision", where, "residual", "of weight", residual, done.wall_s)
         yield relative("precision", {"of": name}, quantity, unit, found["f32"], found["f64"], LIMIT, done.wall_s)
 
 
