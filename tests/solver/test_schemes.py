@@ -76,7 +76,7 @@ def energy(strip) -> float:
 
 @pytest.mark.parametrize(("scheme", "least", "most"), [("backward_euler", 0.8, 1.2), ("tr_bdf2", 1.9, 2.3)])
 def test_order_of_convergence_on_a_strip_released_level(strip, scheme, least, most):
-    ends = [swing(strip, scheme, 1 / n, 0.25) for n in (80, 160, 320)]
+    ends = [swing(strip, scheme, 1 / n, 0.15) for n in (80, 160, 320)]
     coarse, fine = (np.sqrt(((a - b) ** 2).sum(axis=1).mean()) for a, b in zip(ends, ends[1:], strict=False))
     print(f"{scheme}: order {np.log2(coarse / fine):.3f}, {1e3 * coarse:.3g} and {1e3 * fine:.3g} mm")
     assert least <= np.log2(coarse / fine) <= most
@@ -89,12 +89,12 @@ def turned(strip, angle):
     return np.column_stack([c * x, 5.0 - s * x, z])
 
 
-def test_energy_drift_in_a_second_of_swinging(strip):
-    """Relative to what it would lose coming to rest, from 45 degrees, with steps of 1/120 s; backward Euler: -31 %."""
+def test_energy_drift_in_half_a_second_of_swinging(strip):
+    """Relative to what it would lose coming to rest, from 45 degrees, with steps of 1/120 s."""
     start = turned(strip, np.pi / 4)
     put(strip, "tr_bdf2", start)
     first = energy(strip)
-    swing(strip, "tr_bdf2", 1 / 120, 1.0, start)
+    swing(strip, "tr_bdf2", 1 / 120, 0.5, start)
     lost = energy(strip) - first
     put(strip, "tr_bdf2", turned(strip, np.pi / 2))
     found = lost / (first - energy(strip))
@@ -108,7 +108,7 @@ def test_spinning_in_free_flight_keeps_its_momenta(strip):
     arm = strip.flat - m @ strip.flat / m.sum()
     v = speed + np.cross(turn, arm)
     s = put(strip, "tr_bdf2", strip.flat, v, held=False, gravity=[0, 0, 0], tolerance=1e-9, linear_tolerance=1e-6)
-    for _ in range(60):
+    for _ in range(20):
         assert s.step(1 / 240).accepted
     x, after = s.x.to_numpy(), s.v.to_numpy()
     moment = m @ np.cross(arm, v)
