@@ -18,7 +18,7 @@ from taichi_tryon.units import MM
 PHASES = ("dress", "drape", "move", "settle")
 # dressing is over when no vertex moves further in so many steps running [m], for what is stopped by a fold may go on,
 # or after so many steps
-DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 60
+DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # the longest step of settling [s], where there is no inertia left to follow
@@ -107,7 +107,7 @@ class Simulation:
         """How far the present phase has come, 0 to 1; for settling by the fall of the residual."""
         p, scene = self.progress, self.scene
         if p.phase == "dress":
-            return min(1.0, p.phase_steps / 20)
+            return min(1.0, p.phase_steps / DRESS_STEPS)
         if p.phase == "drape":
             return p.phase_time / max(scene.drape.duration_s, 1e-9)
         if p.phase == "move":
