@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import sys
 import traceback
@@ -177,6 +178,8 @@ def _value(choice: Enum | None) -> str | None:
 def main(arguments: list[str] | None = None) -> None:
     """Run a command and end the process: 0 done, 2 input at fault, 3 failed, 130 interrupted."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    # imports and kernels make millions of objects that stay: looking through them for garbage is a tenth of the start
+    gc.set_threshold(100_000)
     debug = "--debug" in arguments
     try:
         app([argument for argument in arguments if argument != "--debug"], prog_name="taichi-tryon")
