@@ -11,6 +11,8 @@ from taichi_tryon.units import CM, MM
 
 # so many that their sum looks alike everywhere
 WAVES = 16
+# power of the radius with which folds around a rim grow: smooth in the middle, hardly there on a table
+FADING = 4
 
 
 def place(spec: SheetSpec, mesh: GarmentMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -30,7 +32,11 @@ def place(spec: SheetSpec, mesh: GarmentMesh) -> tuple[np.ndarray, np.ndarray]:
 
 def waves(spec: WavesSpec, points: np.ndarray) -> np.ndarray:
     """Heights (n,) [m] at points (n, 2) [m] of the sheet."""
+    height = np.sqrt(2) * spec.height_mm * MM
+    if spec.folds is not None:
+        radius, angle = np.linalg.norm(points, axis=1), np.arctan2(points[:, 1], points[:, 0])
+        return height * (radius / radius.max()) ** FADING * np.cos(spec.folds * angle)
     rng = np.random.default_rng(spec.seed)
     direction, phase = rng.uniform(0, 2 * np.pi, (2, WAVES))
     number = 2 * np.pi / (spec.length_cm * CM) * np.stack([np.cos(direction), np.sin(direction)])
-    return spec.height_mm * MM * np.sqrt(2 / WAVES) * np.cos(points @ number + phase).sum(axis=1)
+    return height / np.sqrt(WAVES) * np.cos(points @ number + phase).sum(axis=1)

@@ -15,12 +15,20 @@ MeshKind = Literal["delaunay", "regular", "alternating", "jittered"]
 
 
 class WavesSpec(Spec):
-    """A start a little off the plane, for what would else be too symmetric to choose its folds: the sum of plane
-    waves of random directions and phases, the same in every run and on every mesh."""
+    """A start a little off the plane, for what would else be too symmetric to choose its folds, the same in every run
+    and on every mesh: plane waves of a length, of random directions and phases, or a number of folds around a disk's
+    rim."""
 
-    height_mm: float = Field(gt=0, le=100, description="root mean square of the height")
-    length_cm: Length = Field(description="wave length")
-    seed: int = Field(0, ge=0, description="another seed: other waves")
+    height_mm: float = Field(gt=0, le=100, description="root mean square of the height, of folds: along the rim")
+    length_cm: Length | None = Field(None, description="wave length of plane waves")
+    folds: int | None = Field(None, ge=2, le=100, description="folds around the rim; towards the middle they fade")
+    seed: int = Field(0, ge=0, description="another seed: other plane waves")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> WavesSpec:
+        if (self.length_cm is None) == (self.folds is None):
+            raise fault("give one of length_cm, folds")
+        return self
 
 
 class SheetSpec(Spec):
@@ -67,6 +75,8 @@ class SheetSpec(Spec):
                 raise fault(f"needs a rectangle, size_cm (got {shapes[0]})", key)
         if self.waves is not None and self.tube_radius_cm is not None:
             raise fault("a tube is no plane to start off from: leave out tube_radius_cm or waves", "waves")
+        if self.waves is not None and self.waves.folds is not None and self.diameter_cm is None:
+            raise fault("folds need a disk, diameter_cm", "waves")
         if self.inner_diameter_cm is not None and not self.inner_diameter_cm < (self.diameter_cm or 0.0):
             raise fault("must lie within a disk, diameter_cm", "inner_diameter_cm")
         marks = [0.0, *self.lines_cm, self.size_cm[0] if self.size_cm else 0.0]

@@ -54,6 +54,11 @@ def test_a_sheet_needs_no_body(strip):
             "scene.yaml:4:57: garments.0.sheet.waves: a tube is no plane to start off from",
         ),
         (
+            "size_cm: [10, 5]",
+            "size_cm: [10, 5], waves: {height_mm: 1, folds: 3}",
+            "scene.yaml:4:38: garments.0.sheet.waves: folds need a disk, diameter_cm",
+        ),
+        (
             "garments:",
             "mesh: {edge_length_mm: 4}\ncontact: {layers: {thickness_mm: 3}}\ngarments:",
             "contact.layers: thickness_mm must not exceed half of mesh.edge_length_mm, 2 (got 3)",

@@ -56,3 +56,19 @@ def test_waves_are_the_same_on_every_mesh_and_differ_by_seed():
     mesh, positions, _ = placed(size_cm=[6, 4], waves=spec, rotation_degree=[-90, 0, 0])
     flat = mesh.pattern_points[np.unique(mesh.point_vertex, return_index=True)[1]]
     assert positions[:, 1] == pytest.approx(waves(WavesSpec(**spec), flat))
+
+
+def test_folds_stand_around_the_rim():
+    spec = WavesSpec(height_mm=0.5, folds=8)
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    rim = 0.15 * np.column_stack([np.cos(angle), np.sin(angle)])
+    height = waves(spec, np.concatenate([rim, 0.5 * rim]))
+    assert np.sqrt((height[:400] ** 2).mean()) == pytest.approx(0.5e-3)
+    assert np.abs(np.fft.rfft(height[:400])).argmax() == 8
+    assert np.abs(height[400:]).max() < 0.1 * np.abs(height[:400]).max()
+
+
+@pytest.mark.parametrize("keys", [{}, {"length_cm": 3, "folds": 8}])
+def test_waves_are_of_one_kind(keys):
+    with pytest.raises(ValueError, match="give one of length_cm, folds"):
+        WavesSpec(height_mm=1, **keys)
