@@ -6,7 +6,7 @@ are the folds, counted in the outline. There is no exact value: two convergent m
 here, and a vertex Hessian) gave 48 to 50 % with 8 to 10 nodes for this fabric, which limits of 46 to 52 % frame. Shadow
 and areas are those of the mesh's own polygons.
 
-A disk can come to rest in many equilibria, of 7 to 12 folds and more or less evenly spread, whose coefficients differ by
+A disk can come to rest in many equilibria, of 7 to 12 folds spread more or less evenly, whose coefficients differ by
 more than meshes do; how it falls decides. It starts with 8 folds around its rim, of one height after the other, and the
 mean of these starts is judged, as ISO 9073-9 takes the mean of specimens. It swings (TR-BDF2): backward Euler damps the
 fall and keeps the folds that grew first.
