@@ -8,7 +8,9 @@ looked up once, a place is a line, and a class is known by its frame.
 from __future__ import annotations
 
 import functools
+import inspect
 import sys
+from collections.abc import Callable
 
 from taichi.lang import kernel_impl
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
@@ -18,9 +20,26 @@ from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 def read_faster() -> None:
     """Teach Taichi; more than once does no harm."""
     for name in ("getsourcefile", "getsourcelines"):
-        setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
+        setattr(kernel_impl, name, _once(getattr(kernel_impl, name)))
     ASTTransformerContext.get_pos_info = _place
     kernel_impl._inside_class = _inside_class
+
+
+def _once(look_up: Callable) -> Callable:
+    """A look-up that remembers what it found by a function's code, which unlike the function keeps no fields alive.
+
+    Codes are equal wherever they stand at the same line, hence the file.
+    """
+    known = {}
+
+    def found(function):
+        code = inspect.unwrap(function).__code__
+        key = code.co_filename, code
+        if key not in known:
+            known[key] = look_up(function)
+        return known[key]
+
+    return found
 
 
 def _place(context, node) -> str:

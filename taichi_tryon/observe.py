@@ -60,7 +60,9 @@ class _Arrays:
         self.observer, self.stepper, self.cloth = observer, observer.simulation.stepper, observer.cloth
         self.positions, self.velocities = self.stepper.x.to_numpy(), self.stepper.v.to_numpy()
         self.strains = maps.strains(self.positions, self.cloth.triangles, self.cloth.gradients)
-        self.gaps = maps.gaps(self.positions, observer.probe.gaps(), observer.skin()[0])
+        self.gaps = None
+        if observer.simulation.scene.body:
+            self.gaps = maps.gaps(self.positions, observer.probe.gaps(), observer.skin()[0])
         self.sample_pressures = self.stepper.contact.pressures()
         self.pressures = maps.vertex_pressure(
             self.sample_pressures,
@@ -86,7 +88,7 @@ class _Arrays:
             "triangles": self.cloth.triangles[t] - v.start,
             "positions": self.positions[v],
             "velocities": self.velocities[v],
-            "gaps": self.gaps[v],
+            "gaps": None if self.gaps is None else self.gaps[v],
             "pressures": self.pressures[v],
             "strains": {name: values[t] for name, values in self.strains.items()},
         }

@@ -85,15 +85,14 @@ class Recorder:
 
     def _frame(self, seen: Observation, index: int) -> GarmentFrame:
         mesh = self.setup.garments[index].mesh
+        points = {"velocity_m_s": seen.velocities, "pressure_kPa": seen.pressures / 1000}
+        if seen.gaps is not None:
+            points["gap_mm"] = seen.gaps / MM
         return GarmentFrame(
             seen.name,
             seen.positions,
             seen.triangles,
-            {
-                "velocity_m_s": seen.velocities,
-                "pressure_kPa": seen.pressures / 1000,
-                "gap_mm": seen.gaps / MM,
-            },
+            points,
             {**seen.strains, "panel": mesh.panel.astype(np.int32)},
         )
 

@@ -71,8 +71,11 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         start = motion.transforms(0.0)
     garments = []
     for layer, spec in enumerate(scene.garments):
-        make = _placed if spec.sheet else _dressed
-        garments.append(make(spec, scene.mesh.edge_length_mm * MM, body, start, layer, clock))
+        edge_length = scene.mesh.edge_length_mm * MM
+        if spec.sheet:
+            garments.append(_placed(spec, edge_length, clock))
+        else:
+            garments.append(_dressed(spec, edge_length, clock, body, start, layer))
     with clock("mesh"):
         fabrics = [(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments]
         cloth = Cloth.join(fabrics, scene.mesh.bending)
@@ -103,7 +106,7 @@ def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray)
         )
 
 
-def _dressed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:
+def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray, layer: int) -> Garment:
     with clock("mesh"):
         pattern = Pattern.from_spec(spec.pattern)
         mesh = build(pattern, edge_length, spec.name)
@@ -112,7 +115,7 @@ def _dressed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.n
     return Garment(spec, mesh, dressed, np.zeros_like(dressed.positions))
 
 
-def _placed(spec: GarmentSpec, edge_length: float, body: Body, transforms: np.ndarray, layer: int, clock) -> Garment:
+def _placed(spec: GarmentSpec, edge_length: float, clock) -> Garment:
     with clock("mesh"):
         mesh = sheet_mesh(spec.sheet, edge_length, spec.name)
     positions, velocities = place(spec.sheet, mesh)

@@ -11,7 +11,8 @@ from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
 from taichi_tryon.errors import RunError
 from taichi_tryon.setup import Setup
-from taichi_tryon.solver.implicit import ImplicitStep, StepSettings
+from taichi_tryon.solver.implicit import ImplicitStep
+from taichi_tryon.solver.settings import StepResult, StepSettings
 from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 
@@ -73,7 +74,8 @@ class Simulation:
             self.field = BodyField(setup.body) if scene.body else AbsentField()
             self.transforms = setup.motion.transforms(0.0)
             self.field.set_pose(self.transforms)
-        with clock("compile"):
+        # compiling contact is no contact
+        with clock("compile", whole=True):
             self.stepper = ImplicitStep(
                 setup.cloth,
                 self.field,
@@ -118,18 +120,16 @@ class Simulation:
 
     def advance(self) -> None:
         """One accepted step. Raises RunError when the smallest step fails; the last good state is kept."""
-        p = self.progress
-        while not self._try_step():
+        p, least = self.progress, self.scene.solver.min_step_s
+        while not (result := self._try_step()).accepted:
             p.rejected += 1
-            if p.dt < self.scene.solver.min_step_s:
-                raise RunError(
-                    f"no step longer than solver.min_step_s = {self.scene.solver.min_step_s:g} s lowers the energy, "
-                    f"in phase {p.phase} at {p.time:.4f} s"
-                )
+            if p.dt < least:
+                reason = result.reason or f"no step longer than solver.min_step_s = {least:g} s lowers the energy"
+                raise RunError(f"{reason}, in phase {p.phase} at {p.time:.4f} s")
         if self._phase_over():
             self._next_phase()
 
-    def _try_step(self) -> bool:
+    def _try_step(self) -> StepResult:
         p = self.progress
         still = p.phase in ("dress", "settle")
         dt = p.dt
@@ -160,14 +160,14 @@ class Simulation:
             self._place_held()
             least = self.scene.solver.min_step_s if result.error > limit else 0.0
             p.dt = max(p.dt * result.change, least)
-            return False
+            return result
         p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
         # the long steps of settling are no time that passes
         p.time, p.phase_time = p.time + min(dt, self.scene.solver.step_s), p.phase_time + dt
         p.calm_steps = p.calm_steps + 1 if result.moved <= DRESSED_MOVE else 0
         longest = LONGEST_SETTLING_STEP if p.phase == "settle" else self.scene.solver.step_s
         p.dt = min(max(p.dt * result.change, self.scene.solver.min_step_s), longest)
-        return True
+        return result
 
     def _place_held(self) -> None:
         """Hold where the paths are now."""

@@ -13,19 +13,26 @@ STAGES = ("startup", "compile", "body", "mesh", "dressing", "solve", "contact", 
 
 
 class Stopwatch:
-    """Adds up the time spent in each stage; a stage inside another is taken out of the outer one."""
+    """Adds up the time spent in each stage; a stage inside another is taken out of the outer one, unless the outer one
+    is to be counted ``whole``."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = defaultdict(float)
         self._open: list[float] = []
+        self._whole = False
 
     @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
+    def __call__(self, stage: str, whole: bool = False) -> Iterator[None]:
+        if self._whole:
+            yield
+            return
         begin = time.perf_counter()
         self._open.append(0.0)
+        self._whole = whole
         try:
             yield
         finally:
+            self._whole = False
             spent = time.perf_counter() - begin
             self.seconds[stage] += spent - self._open.pop()
             if self._open:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from taichi_tryon.body.density import gap
-from taichi_tryon.errors import RunError
+from taichi_tryon.errors import RunError, StepFailure
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
@@ -122,6 +122,27 @@ def test_where_no_step_can_be_done_it_fails_and_keeps_the_last_state(simulation,
     assert np.array_equal(simulation.stepper.x.to_numpy(), good["positions"])
     assert simulation.progress.steps == int(good["progress_steps"])
     assert simulation.progress.rejected >= 10
+
+
+def test_where_there_is_too_much_contact_it_tries_shorter_steps(simulation, course, monkeypatch):
+    minimise, tried, least = simulation.stepper.newton.minimise, [], 1e-3
+
+    def crowded(inverse_dt, *how):
+        tried.append(1 / inverse_dt)
+        if 1 / inverse_dt > least:
+            raise StepFailure("too much")
+        return minimise(inverse_dt, *how)
+
+    monkeypatch.setattr(simulation.stepper.newton, "minimise", crowded)
+    good = course[len(course) // 3][3]
+    simulation.restore(good)
+    simulation.advance()
+    assert len(tried) > 1 and (np.diff(tried) < 0).all() and tried[-1] <= least
+    assert simulation.progress.steps == int(good["progress_steps"]) + 1
+    assert simulation.progress.rejected == int(good["progress_rejected"]) + len(tried) - 1
+    least = 0.0
+    with pytest.raises(RunError, match=r"^too much, in phase dress at 0\.\d+ s$"):
+        simulation.advance()
 
 
 def test_the_scene_chooses_the_law_of_bending(simulation, make_cone_scene):

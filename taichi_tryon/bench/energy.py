@@ -1,19 +1,23 @@
-"""The energy of a simulation as it stands, for cases in which none may be lost."""
+"""The energy of a cloth as it stands, for cases in which none may be lost."""
 
 from __future__ import annotations
 
-from taichi_tryon.simulation import Simulation
+from taichi_tryon.solver.implicit import ImplicitStep
 
 
-def kinetic(simulation: Simulation) -> float:
+def kinetic(stepper: ImplicitStep) -> float:
     """Energy of motion [J]."""
-    speeds = simulation.stepper.v.to_numpy().astype(float)
-    return float(simulation.setup.cloth.masses @ (speeds**2).sum(axis=1) / 2)
+    speeds = stepper.v.to_numpy().astype(float)
+    return float(stepper.mass.to_numpy().astype(float) @ (speeds**2).sum(axis=1) / 2)
 
 
-def mechanical(simulation: Simulation) -> float:
+def strain_and_height(stepper: ImplicitStep) -> float:
+    """Energy of stretch, shear and bending, and of the height over y = 0 [J]."""
+    stepper.balance()
+    masses, gravity = stepper.mass.to_numpy().astype(float), stepper.gravity.to_numpy().astype(float)
+    return float(stepper.elastic.energies()[:3].sum() - masses @ (stepper.x.to_numpy().astype(float) @ gravity))
+
+
+def mechanical(stepper: ImplicitStep) -> float:
     """Energy of motion, strain and height [J]."""
-    step, masses = simulation.stepper, simulation.setup.cloth.masses
-    step.balance()
-    height = -masses @ (step.x.to_numpy().astype(float) @ simulation.scene.gravity_m_s2)
-    return kinetic(simulation) + float(step.elastic.energies()[:3].sum() + height)
+    return kinetic(stepper) + strain_and_height(stepper)

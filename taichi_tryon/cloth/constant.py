@@ -127,8 +127,9 @@ def _turned(bend: np.ndarray, angle: np.ndarray) -> np.ndarray:
 class Constant:
     """The forces -Q x at positions ``x`` (nv vectors), and internal friction in the hinges where there is any.
 
-    Off the diagonal Q has the entries ``rows``, ``columns``, ``values``. Forces are summed over differences of
-    positions, so that values in single precision still make an energy that no shift and no turn changes.
+    Off the diagonal Q has the entries ``rows``, ``columns``, ``values`` q. Forces and the energy,
+    -1/4 sum q |x_i - x_j|^2, are summed over differences of positions, so that values in single precision still make an
+    energy that no shift and no turn changes.
     """
 
     constant = True
@@ -144,6 +145,8 @@ class Constant:
         self.value = ti.field(ti.f32, shape=max(len(self.values), 1))
         self.value.from_numpy(np.resize(self.values, self.value.shape))
         self.pull = ti.Vector.field(3, float, shape=self.nv)
+        # each vertex's half of the energy of its pairs; the terms cancel
+        self.stored = ti.field(ti.f64, shape=self.nv)
         # a triangle at each vertex, by which its energy is counted
         first = np.zeros(self.nv, np.int32)
         first[cloth.triangles[::-1].ravel()] = np.repeat(np.arange(len(cloth.triangles))[::-1], 3)
@@ -166,9 +169,13 @@ class Constant:
         """Forces at the present positions."""
         for i in range(self.nv):
             total = ti.Vector([0.0, 0.0, 0.0])
+            stored = ti.cast(0.0, ti.f64)
             for n in range(self.row_start[i], self.row_start[i + 1]):
-                total -= ti.cast(self.value[n], float) * (self.x[self.column[n]] - self.x[i])
-            self.pull[i] = total
+                away = self.x[self.column[n]] - self.x[i]
+                total -= ti.cast(self.value[n], float) * away
+                exact = ti.cast(away, ti.f64)
+                stored -= 0.25 * ti.cast(self.value[n], ti.f64) * exact.dot(exact)
+            self.pull[i], self.stored[i] = total, stored
         if ti.static(self.hinged):
             for e in range(self.ne):
                 if self.hinges.inner(e):
@@ -195,17 +202,18 @@ class Constant:
         low, high = fields.chunk_bounds(chunk, self.nv)
         for i in range(low, high):
             if first <= self.vertex_triangle[i] < last:
-                total -= 0.5 * self.x[i].dot(self.pull[i])
+                total += self.stored[i]
         return total
 
     @ti.func
-    def drag_energy(self, chunk: int, inverse_dt: float):
-        """A chunk's share of what internal friction does [J]."""
+    def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):
+        """A chunk's share of what internal friction does [J] in the triangles from ``first`` to before ``last``."""
         total = ti.cast(0.0, ti.f64)
         if ti.static(self.hinged):
             low, high = fields.chunk_bounds(chunk, self.ne)
             for e in range(low, high):
-                total += self.hinges.drag_energy(e, inverse_dt)
+                if first <= self.hinges.triangle[e] < last:
+                    total += self.hinges.drag_energy(e, inverse_dt)
         return total
 
     def state(self) -> dict[str, np.ndarray]:

@@ -146,7 +146,7 @@ class Elastic:
                     if first <= self.tape_triangle[k] < last:
                         total[0] += self.tapes.energy(k)
             total[2] += self.bending.energy(chunk, first, last)
-            total[3] += self.bending.drag_energy(chunk, inverse_dt)
+            total[3] += self.bending.drag_energy(chunk, inverse_dt, first, last)
             self.sums[chunk] = total
 
     def energies(self, inverse_dt: float = 0.0, triangles: slice | None = None) -> np.ndarray:

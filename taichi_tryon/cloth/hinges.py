@@ -26,6 +26,8 @@ class Hinges:
     def __init__(self, cloth: Cloth, x, tables: fields.Tables):
         self.count, self.x = len(cloth.hinges), x
         self.vertex = tables.vectors(cloth.hinges)
+        # a triangle beside each, by which its energy is counted
+        self.triangle = tables.scalars(cloth.hinge_triangles[:, 0])
         diagonal, heights = np.zeros(self.count), np.full((self.count, 2), 1.0)
         for k in range(3):
             edges = cloth.triangle_edges[:, k]

@@ -140,12 +140,13 @@ class MidEdge:
         return total
 
     @ti.func
-    def drag_energy(self, chunk: int, inverse_dt: float):
-        """A chunk's share of what internal friction does [J]."""
+    def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):
+        """A chunk's share of what internal friction does [J] in the triangles from ``first`` to before ``last``."""
         total = ti.cast(0.0, ti.f64)
         low, high = fields.chunk_bounds(chunk, self.ne)
         for e in range(low, high):
-            total += self.hinges.drag_energy(e, inverse_dt)
+            if first <= self.hinges.triangle[e] < last:
+                total += self.hinges.drag_energy(e, inverse_dt)
         return total
 
     def state(self) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from taichi_tryon.contact import barrier
 from taichi_tryon.contact.distance import FACE, weights_of
 from taichi_tryon.contact.passage import free_part
 from taichi_tryon.contact.proximity import Pairs, Proximity
-from taichi_tryon.errors import RunError
+from taichi_tryon.errors import StepFailure
 
 # pairs that can touch at once, for each vertex
 PAIRS_PER_VERTEX = 16
@@ -55,6 +55,13 @@ class ClothContact:
         self.pair_area, self.free, self.touching = np.zeros(0), np.zeros(0), np.zeros(0, bool)
         self.stored, self.count = 0.0, 0
         self.guards: list[tuple[Pairs, np.ndarray]] = []
+
+    def compile(self, b) -> None:
+        """Compile the kernels that are first needed when pieces meet, where none are looked at; b: see ``push``."""
+        none = self.pairs[:0]
+        self._free_parts(none.kind, none.corners, self.free[:0])
+        self._guard(0, none.kind, self.free[:0], 0.0)
+        self.push(b, self.capacity)
 
     # -- the way ahead --------------------------------------------------------------------------------------------
 
@@ -147,8 +154,8 @@ class ClothContact:
         return 1.0 - length / self.thickness[None], away / length, w
 
     def bind(self) -> None:
-        """Forces and Hessian of the pairs that touch, as last evaluated, without guards. Raises RunError where there
-        are more of them than can be held."""
+        """Forces and Hessian of the pairs that touch, as last evaluated, without guards. Raises StepFailure where
+        there are more of them than can be held."""
         self.bound, self.bound_area = self.pairs[self.touching], self.pair_area[self.touching]
         self.guards = []
         self._bind_all(0.0)
@@ -156,7 +163,7 @@ class ClothContact:
     def _bind_all(self, stiffness: float) -> None:
         corners = np.concatenate([self.bound.corners, *(pairs.corners for pairs, _ in self.guards)])
         if len(corners) > self.capacity:
-            raise RunError(f"cloth lies on cloth in {len(corners)} places at once, {self.capacity} can be held")
+            raise StepFailure(f"cloth lies on cloth in {len(corners)} places at once, {self.capacity} can be held")
         start, order = fields.group(corners.ravel(), self.nv)
         self._enter(corners, start, order)
         self.count = len(corners)

@@ -13,7 +13,7 @@ from taichi_tryon import fields
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.distance import EDGES, FACE, distance
 from taichi_tryon.contact.passage import reach
-from taichi_tryon.errors import RunError
+from taichi_tryon.errors import StepFailure
 
 # cells of the grid at most, and their size in mean lengths of an edge
 CELLS, CELL_SIZE = 1 << 19, 1.5
@@ -54,7 +54,7 @@ class Proximity:
         self.slots = 8
 
     def find(self) -> Pairs:
-        """The pairs on the paths as they are. Raises RunError where positions or paths are not finite."""
+        """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
         self._box()
         low, size, shape = self._grid()
         count = np.zeros(2 * int(np.prod(shape)), np.int32)
@@ -86,7 +86,7 @@ class Proximity:
         """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
         low, high = self.low.to_numpy().min(axis=0), self.high.to_numpy().max(axis=0)
         if not np.isfinite(high - low).all():
-            raise RunError("positions or paths of the cloth are not finite")
+            raise StepFailure("positions or paths of the cloth are not finite")
         size = self.cell
         while True:
             shape = np.floor((high - low) / size) + 1

@@ -35,10 +35,11 @@ def push_out(x: np.ndarray, balls: Balls, clearance: float, samples: np.ndarray 
     shift; where there are several, their mean weighted by size.
     """
     points = x if samples is None else x[samples].mean(axis=1)
-    near = np.flatnonzero(density(balls, points) > NEAR)
+    found = density(balls, points)
+    near = np.flatnonzero(found > NEAR)
     slope = gradient(balls, points[near])
     steep = np.maximum(np.linalg.norm(slope, axis=1), 1e-6)
-    short = np.clip(clearance + (density(balls, points[near]) - 1) / steep, 0, STEP)
+    short = np.clip(clearance + (found[near] - 1) / steep, 0, STEP)
     push = -slope * (short / steep)[:, None]
     shift = np.zeros_like(x)
     if samples is None:

@@ -7,9 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from taichi_tryon.body.spec import DEGREES, Vector
-from taichi_tryon.spec import Spec, fault
+from taichi_tryon.spec import Pair, Spec, fault
 
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 CHOICES = ("points_cm", "edge", "area_cm", "disk_cm")
 
 

@@ -35,7 +35,7 @@ def gaps(positions: np.ndarray, near_gap: np.ndarray, skin: np.ndarray, trusted:
     """Distance of each vertex from the skin (nv,) [m], negative inside.
 
     The body's own gap counts within ``trusted`` of the skin; a density of compact support knows no distance far out,
-    where the nearest of the ``skin``'s points (n, 3) does, if there is a body at all.
+    where the nearest of the ``skin``'s points (n, 3) does, if there are any.
     """
     result = near_gap.copy()
     far = near_gap > trusted

@@ -11,15 +11,15 @@ import numpy as np
 class Observation:
     """One garment, or all of them, at one instant, as a frame shows it; nv vertices, nt triangles.
 
-    positions, velocities (nv, 3) [m, m/s]; gaps (nv,) [m] from the skin; pressures (nv,) [Pa]; strains: arrays (nt,) by
-    name.
+    positions, velocities (nv, 3) [m, m/s]; gaps (nv,) [m] from the skin, None where there is no body; pressures (nv,)
+    [Pa]; strains: arrays (nt,) by name.
     """
 
     name: str
     triangles: np.ndarray
     positions: np.ndarray
     velocities: np.ndarray
-    gaps: np.ndarray
+    gaps: np.ndarray | None
     pressures: np.ndarray
     strains: dict[str, np.ndarray]
 

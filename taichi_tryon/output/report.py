@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
@@ -25,6 +26,9 @@ def quality(seen: Inspection) -> dict:
         values = np.abs(seen.strains[f"strain_{key}_percent"])
         strain[key] = dict(zip(("p50", "p99", "max"), _percentiles(values, (50, 99, 100)), strict=True))
     shear = np.abs(seen.strains["shear_degree"])
+    gap = None
+    if seen.gaps is not None:
+        gap = dict(zip(("p50", "p95", "max"), _percentiles(1000 * seen.gaps, (50, 95, 100)), strict=True))
     touching = seen.contact_pressures > 0
     pressure = weighted_percentiles(
         seen.contact_pressures[touching] / 1000, seen.contact_areas[touching], (50, 95, 100)
@@ -36,7 +40,7 @@ def quality(seen: Inspection) -> dict:
         "penetrating_samples_percent": _round(100 * seen.inside.sum() / seen.samples.sum()),
         "strain_percent": strain,
         "shear_degree": dict(zip(("p99", "max"), _percentiles(shear, (99, 100)), strict=True)),
-        "gap_mm": dict(zip(("p50", "p95", "max"), _percentiles(1000 * seen.gaps, (50, 95, 100)), strict=True)),
+        "gap_mm": gap,
         "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / seen.contact_areas.sum()),
         "pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, pressure), strict=True)),
         "energy_J": {name: _round(value) for name, value in seen.energies.items()},
@@ -62,9 +66,25 @@ def mesh_figures(edge_lengths: np.ndarray, vertices: int, triangles: int, min_an
 
 
 def write(folder: Path, report: Mapping) -> None:
-    """Write ``report.json``, whole or not at all. A number that is not finite is an error, never written."""
+    """Write ``report.json``, whole or not at all. A number that is not finite is written as null, and a warning."""
+    faults = []
+    report = _finite(report, "", faults)
+    if faults:
+        report["warnings"] = [*report.get("warnings", []), *(f"{place}: not a finite number" for place in faults)]
     text = json.dumps({"schema": SCHEMA, **report}, indent=2, allow_nan=False) + "\n"
     replace_atomically(folder / "report.json", lambda path: path.write_text(text))
+
+
+def _finite(value, place: str, faults: list[str]):
+    """A part of a report without the numbers that are not finite, whose places are added to ``faults``."""
+    if isinstance(value, Mapping):
+        return {key: _finite(part, f"{place}.{key}".lstrip("."), faults) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(part, f"{place}.{index}", faults) for index, part in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        faults.append(place)
+        return None
+    return value
 
 
 def _percentiles(values: np.ndarray, percents: tuple[float, ...]) -> list[float]:

@@ -54,6 +54,8 @@ def _without_body(scene: SceneSpec) -> Iterator[Disagreement]:
         yield ("pose",), "a scene without a body has no pose"
     elif scene.motion:
         yield ("motion",), "a scene without a body has no motion"
+    elif "gap" in scene.output.maps:
+        yield ("output", "maps", scene.output.maps.index("gap")), "a scene without a body has no gap"
 
 
 def unknown_bones(pose: PoseSpec, body: BodySpec, *where: str | int) -> Iterator[Disagreement]:

@@ -7,10 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from taichi_tryon.body.spec import DEGREES, Vector
-from taichi_tryon.spec import Spec, fault
+from taichi_tryon.spec import Pair, Spec, fault
 
 Length = Annotated[float, Field(gt=0, le=10_000)]
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 MeshKind = Literal["delaunay", "regular", "alternating", "jittered"]
 
 

@@ -27,7 +27,8 @@ class StepSettings:
 class StepResult:
     """How a step went. ``residual`` is the out-of-balance force over the weight that was left; ``moved`` [m] the
     farthest that any vertex went; ``error`` [m] the estimated local error, where it was limited, and ``change``
-    the factor to the length of the step that is advised for the next one, or for another attempt."""
+    the factor to the length of the step that is advised for the next one, or for another attempt; ``reason`` says why
+    it failed, where it is more than that no positions of less energy were found."""
 
     accepted: bool
     newton_iterations: int
@@ -36,3 +37,4 @@ class StepResult:
     moved: float
     error: float
     change: float
+    reason: str = ""

@@ -11,11 +11,11 @@ HUGE = 1e300
 @ti.data_oriented
 class Way:
     """Moves the cloth ``x`` from a ``base`` along ``path``; ``layers``, a ClothContact over the same path or None,
-    shortens it where cloth would meet cloth."""
+    shortens it where cloth would meet cloth, which the ``clock`` counts to contact."""
 
-    def __init__(self, x, path, layers):
-        self.x, self.path, self.layers, self.nv = x, path, layers, x.shape[0]
-        self.base = ti.Vector.field(3, float, shape=self.nv)
+    def __init__(self, x, path, layers, clock):
+        self.x, self.path, self.layers, self.clock, self.nv = x, path, layers, clock, x.shape[0]
+        self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
         self.peaks = ti.field(ti.f64, shape=fields.CHUNKS)
 
     def start(self) -> None:
@@ -26,12 +26,12 @@ class Way:
     def arrive(self) -> None:
         """Let the cloth be where it was moved to since ``start``, or as near to it as its layers let it."""
         if self.layers is not None:
-            self._measure(self.base)
+            self._aim_at_here()
             # its layers look along the path from where the cloth is
             self.go(0.0)
-            self.layers.look_ahead()
-            self.layers.keep_apart()
-            self.go(1.0)
+            self._look_ahead()
+            self.keep_apart()
+            self._arrive()
 
     def gone_from(self, start) -> float:
         """Farthest that any vertex is [m] from where it was at ``start``; takes the path for it."""
@@ -46,8 +46,17 @@ class Way:
             return False
         self._aim(min(1.0, longest_move / max(longest, 1e-30)), direction)
         if self.layers is not None:
-            self.layers.look_ahead()
+            self._look_ahead()
         return True
+
+    def keep_apart(self, alike: bool = False) -> None:
+        """Shorten the path where cloth would meet cloth; see ``ClothContact.keep_apart``."""
+        with self.clock("contact"):
+            self.layers.keep_apart(alike)
+
+    def _look_ahead(self) -> None:
+        with self.clock("contact"):
+            self.layers.look_ahead()
 
     def peak(self, vectors) -> float:
         """Length of the longest of a field of vectors, infinite where one is not finite."""
@@ -72,6 +81,19 @@ class Way:
     def _keep_base(self):
         for i in range(self.nv):
             self.base[i] = self.x[i]
+
+    @ti.kernel
+    def _aim_at_here(self):
+        for i in range(self.nv):
+            self.goal[i] = self.x[i]
+            self.path[i] = self.x[i] - self.base[i]
+
+    @ti.kernel
+    def _arrive(self):
+        for i in range(self.nv):
+            # base + (goal - base) need not be the goal
+            whole = (self.path[i] == self.goal[i] - self.base[i]).all()
+            self.x[i] = self.goal[i] if whole else self.base[i] + self.path[i]
 
     @ti.kernel
     def _measure(self, start: ti.template()):

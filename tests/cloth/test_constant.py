@@ -1,6 +1,11 @@
 """The constant matrix of bending: its energy on cylinders, rigid motions, seams, clamps, and its derivatives."""
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -153,6 +158,66 @@ def test_bending_energy_is_that_of_the_matrix(law):
     half = len(cloth.triangles) // 2
     parts = elastic.energies(triangles=slice(0, half)) + elastic.energies(triangles=slice(half, len(cloth.triangles)))
     assert parts[:3] == pytest.approx(energies[:3], rel=1e-9)
+
+
+def test_what_friction_does_in_parts_adds_up(law):
+    cloth, elastic, at, start, direction = law
+    at(start)
+    elastic.begin_step()
+    at(start + 1e-3 * direction, 60.0)
+    third = len(cloth.triangles) // 3
+    parts = elastic.energies(60.0, slice(0, third)) + elastic.energies(60.0, slice(third, len(cloth.triangles)))
+    assert parts == pytest.approx(elastic.energies(60.0), rel=1e-9)
+
+
+# In single precision: the energy of a rolled sheet near the origin and 8 m off, on a grid that both are exact on.
+FAR_OFF = """
+import json
+import numpy as np
+import taichi as ti
+from taichi_tryon import fields, runtime
+from taichi_tryon.cloth.constant import Constant, matrix
+from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.fabric import Moduli
+from taichi_tryon.sheet.mesh import sheet_mesh
+from taichi_tryon.sheet.spec import SheetSpec
+
+runtime.start("cpu", "f32", 1)
+mesh = sheet_mesh(SheetSpec(size_cm=[10, 10], grain_degree=0), 0.01, "sheet")
+moduli = Moduli(np.array([2392.8, 2373.2, 0.0, 77.54]), np.array([1.4e-5, 1.0e-5, 0.0, 3.7e-6]), 0.29, 0.0)
+cloth = Cloth.join([(mesh, moduli)], "constant")
+x, tables = ti.Vector.field(3, float, shape=cloth.vertex_count), fields.Tables()
+law = Constant(cloth, x, tables)
+tables.fill()
+sums = ti.field(ti.f64, shape=fields.CHUNKS)
+
+@ti.kernel
+def energy():
+    for chunk in range(fields.CHUNKS):
+        sums[chunk] = law.energy(chunk, 0, len(cloth.triangles))
+
+flat = np.zeros((cloth.vertex_count, 2))
+flat[mesh.point_vertex] = mesh.pattern_points
+rolled = np.column_stack([0.1 * np.sin(flat[:, 0] / 0.1), flat[:, 1], 0.1 * np.cos(flat[:, 0] / 0.1)])
+rolled = np.round(rolled * 2**18) / 2**18
+found = []
+for shift in (0.0, 8.0):
+    fields.upload(x, rolled + shift)
+    law.evaluate(0.0)
+    energy()
+    found.append(float(sums.to_numpy().sum()))
+print(json.dumps([*found, 0.5 * float((rolled * (matrix(cloth) @ rolled)).sum())]))
+"""
+
+
+def test_in_single_precision_the_energy_is_the_same_far_off(tmp_path):
+    """In a process of its own, which starts Taichi anew."""
+    script = tmp_path / "far_off.py"
+    script.write_text(FAR_OFF)
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run([sys.executable, script], check=True, timeout=300, capture_output=True, env=environment)
+    near, far, exact = json.loads(done.stdout.splitlines()[-1])
+    assert far == near and near == pytest.approx(exact, rel=1e-5)
 
 
 def test_forces_and_moments_balance(law):

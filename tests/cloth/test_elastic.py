@@ -81,6 +81,13 @@ def test_internal_friction_resists_the_change_since_the_start_of_the_step(sheet,
         found.append(forces.f.to_numpy())
     # tau / dt = 1: viscous stress equals the elastic one
     assert found[1] == pytest.approx(2 * found[0], rel=1e-9, abs=1e-12)
+    # bent, hinges resist too; parts of the cloth have parts of the energy
+    x.from_numpy(flat + np.outer(5 * flat[:, 0] ** 2, [0, 0, 1]))
+    elastic.evaluate(100.0)
+    count = len(sheet.triangles)
+    parts = [elastic.energies(100.0, slice(*ends)) for ends in ((0, count // 3), (count // 3, count))]
+    assert min(part[3] for part in parts) > 0
+    assert sum(parts) == pytest.approx(elastic.energies(100.0), rel=1e-12)
 
 
 def test_energies_of_parts_add_up(system, sheet):

@@ -9,7 +9,7 @@ import taichi as ti
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.distance import EDGES, FACE
 from taichi_tryon.contact.proximity import Proximity
-from taichi_tryon.errors import RunError
+from taichi_tryon.errors import StepFailure
 
 THICKNESS = 2e-3
 
@@ -127,7 +127,7 @@ def test_a_vertex_far_away_hides_nothing(two):
 def test_what_is_nowhere_is_told(two, value):
     at, way = crumpled(two, 2)
     at[3, 1] = value
-    with pytest.raises(RunError, match="not finite"):
+    with pytest.raises(StepFailure, match="not finite"):
         two.find(at, way)
 
 

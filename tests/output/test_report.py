@@ -1,6 +1,7 @@
 """The report's figures from cloth of which they are known, and that nothing broken is written."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,9 +78,19 @@ def test_it_is_written_whole_with_its_schema(tmp_path, seen):
     assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 
 
-@pytest.mark.parametrize("bad", [float("nan"), float("inf")])
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), np.float64("-inf")])
 def test_a_number_that_is_not_finite_is_never_written(tmp_path, bad):
-    (tmp_path / "report.json").write_text("{}")
-    with pytest.raises(ValueError):
-        report.write(tmp_path, {"quality": {"penetration_mm": bad}})
-    assert (tmp_path / "report.json").read_text() == "{}"
+    """Null stands for it, and a warning says where; the rest is kept."""
+    holds = {"left": {"reaction_N": [1.0, bad, 3.0]}}
+    report.write(tmp_path, {"quality": {"penetration_mm": bad, "x": 2.0}, "holds": holds, "warnings": ["earlier"]})
+    read = json.loads((tmp_path / "report.json").read_text())
+    assert read["quality"] == {"penetration_mm": None, "x": 2.0}
+    assert read["holds"] == {"left": {"reaction_N": [1.0, None, 3.0]}}
+    places = ("quality.penetration_mm", "holds.left.reaction_N.1")
+    assert read["warnings"] == ["earlier", *(f"{place}: not a finite number" for place in places)]
+
+
+def test_without_a_body_there_is_no_gap(seen):
+    found = report.quality(replace(seen, gaps=None))
+    assert found["gap_mm"] is None
+    assert found == {**report.quality(seen), "gap_mm": None}

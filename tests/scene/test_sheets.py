@@ -90,6 +90,7 @@ def test_a_sheet_needs_no_body(strip):
             "scene.yaml:1:1: body: this key is required (who is dressed in strip)",
         ),
         ("garments:", "pose: parts/pose.yaml\ngarments:", ": a scene without a body has no pose"),
+        ("garments:", "output: {maps: [shear, gap]}\ngarments:", "maps.1: a scene without a body has no gap"),
     ],
 )
 def test_faults(strip, old, new, line):

@@ -49,13 +49,22 @@ def _stepper(cloth, level, floor_and_ball_field):
     return ImplicitStep(cloth, floor_and_ball_field, level(5.0), laws, GRAVITY, EXACT, Stopwatch())
 
 
+def at_rest(step, positions, **others) -> dict[str, np.ndarray]:
+    """State of a stepper before its first step, ``others`` being not as at rest."""
+    zero = {name: np.zeros_like(values) for name, values in step.state().items()}
+    return {**zero, "along": np.ones_like(zero["along"]), "positions": positions, **others}
+
+
+@pytest.fixture(scope="session", name="at_rest")
+def _at_rest():
+    return at_rest
+
+
 @pytest.fixture
 def stepper(_stepper, level, cloth):
     """The sheet at rest 5 m up, all vertices free, its linear and Newton's tolerances tight."""
     s, nv = _stepper, cloth.vertex_count
-    zero = {"velocities": np.zeros((nv, 3)), "accelerations": np.zeros((nv, 3)), "acceleration_known": np.array(False)}
-    zero |= {"slip": s.contact.slip.to_numpy() * 0, "along": np.ones(s.contact.count), "touched": np.zeros(1, bool)}
-    s.restore({"positions": level(5.0), "rotation": np.zeros(s.elastic.bending.rotation.shape), **zero})
+    s.restore(at_rest(s, level(5.0)))
     s.gravity[None] = GRAVITY
     s.contact.friction[None] = CONTACT.friction
     s.settings = EXACT
@@ -133,7 +142,8 @@ def on_the_floor(stepper, level):
 
 @pytest.fixture(scope="session")
 def two_sheets(make_sheet, moduli, floor_and_ball_field):
-    """Two strips of 10 by 6 cm, high over floor and ball, that feel each other, and their common stepper."""
+    """Two strips of 10 by 6 cm, high over floor and ball, that feel each other, and their common stepper; names of the
+    kernels that were compiled after its start, when they met first."""
     sheet = make_sheet(0.1, 0.06, 0.02)
     cloth = Cloth.join([(sheet, moduli)] * 2)
     flat = sheet.points - 0.5 * sheet.points.max(axis=0)
@@ -141,8 +151,35 @@ def two_sheets(make_sheet, moduli, floor_and_ball_field):
     positions = np.concatenate([flat, flat + [0, 0.5, 0]])
     laws = (CONTACT.stiffness, CONTACT.thickness, CONTACT.friction)
     layers = (LAYERS.stiffness, LAYERS.thickness)
-    step = ImplicitStep(cloth, floor_and_ball_field, positions, laws, GRAVITY, EXACT, Stopwatch(), layers=layers)
-    return SimpleNamespace(step=step, cloth=cloth, flat=flat, thickness=LAYERS.thickness)
+    settings = replace(EXACT, linear_tolerance=1e-2, max_newton_iterations=3)
+    step = ImplicitStep(cloth, floor_and_ball_field, positions, laws, GRAVITY, settings, Stopwatch(), layers=layers)
+    step.compile()
+    late = compiled_in(lambda: meet(step, flat))
+    return SimpleNamespace(step=step, cloth=cloth, flat=flat, thickness=LAYERS.thickness, late=late)
+
+
+def meet(step, flat) -> None:
+    """Throw the sheets against each other for a step."""
+    upper = flat @ np.diag([0.9, 1, 0.9]) + [1e-3, 3e-3, 1e-3]
+    velocities = np.repeat([[0, 0.5, 0], [0, -0.5, 0]], len(flat), axis=0)
+    step.restore(at_rest(step, np.concatenate([flat, upper]), velocities=velocities))
+    assert step.step(1 / 60).accepted and step.flight.touched.all()
+
+
+def compiled_in(action) -> list[str]:
+    """Names of the kernels that an action compiles, those aside that copy fields."""
+    compiled, kernel = [], ti.lang.kernel_impl.Kernel
+    materialize = kernel.materialize
+
+    def spy(self, key=None, *arguments, **named):
+        if key not in self.compiled_kernels and not self.func.__module__.startswith("taichi._kernels"):
+            compiled.append(self.func.__qualname__)
+        return materialize(self, key, *arguments, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernel, "materialize", spy)
+        action()
+    return compiled
 
 
 @pytest.fixture
@@ -155,18 +192,7 @@ def start(two_sheets):
         step.gravity[None] = gravity
         fields.upload(step.free, np.ones(shape) if free is None else np.broadcast_to(free, shape) * 1.0)
         step.place_held(positions)
-        step.restore(
-            {
-                "positions": positions,
-                "velocities": np.broadcast_to(velocities, shape) + np.zeros(shape),
-                "accelerations": np.zeros(shape),
-                "acceleration_known": np.array(False),
-                "slip": np.zeros((step.contact.count, 3)),
-                "along": np.ones(step.contact.count),
-                "touched": np.zeros(2, bool),
-                "rotation": np.zeros(step.elastic.bending.rotation.shape),
-            }
-        )
+        step.restore(at_rest(step, positions, velocities=np.broadcast_to(velocities, shape)))
         return step
 
     return put

@@ -13,13 +13,13 @@ INVERSE_DT = 60.0
 @pytest.fixture(scope="module")
 def plain(_stepper):
     """Block-Jacobi alone, on the same matrix."""
-    return ConjugateGradients(_stepper.matrix)
+    return ConjugateGradients(_stepper.potential.matrix)
 
 
 @pytest.fixture(params=["coarse", "block_jacobi"])
 def solver(request, stepper, plain, on_the_floor):
-    stepper.matrix.assemble(INVERSE_DT)
-    return stepper.linear if request.param == "coarse" else plain
+    stepper.potential.matrix.assemble(INVERSE_DT)
+    return stepper.newton.linear if request.param == "coarse" else plain
 
 
 def load(solver, seed=0) -> np.ndarray:
@@ -30,8 +30,8 @@ def load(solver, seed=0) -> np.ndarray:
 
 def test_it_finds_what_a_direct_solver_finds(solver, stepper, as_sparse):
     b = load(solver)
-    solver.solve(1e-9, 5000, stepper.reach)
-    exact = spsolve(as_sparse(stepper.matrix).tocsc(), b.ravel()).reshape(-1, 3)
+    solver.solve(1e-9, 5000, stepper.newton.reach)
+    exact = spsolve(as_sparse(stepper.potential.matrix).tocsc(), b.ravel()).reshape(-1, 3)
     assert solver.d.to_numpy() == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
 
 
@@ -40,9 +40,9 @@ def test_held_vertices_do_not_move(solver, stepper, as_sparse):
     free = np.ones((stepper.nv, 3))
     free[:12] = 0
     fields.upload(stepper.free, free)
-    solver.solve(1e-9, 5000, stepper.reach)
+    solver.solve(1e-9, 5000, stepper.newton.reach)
     rows = np.flatnonzero(free.ravel())
-    inner = as_sparse(stepper.matrix)[rows][:, rows].tocsc()
+    inner = as_sparse(stepper.potential.matrix)[rows][:, rows].tocsc()
     exact = np.zeros(3 * stepper.nv)
     exact[rows] = spsolve(inner, b.ravel()[rows])
     assert np.abs(solver.d.to_numpy()[:12]).max() == 0
@@ -50,16 +50,16 @@ def test_held_vertices_do_not_move(solver, stepper, as_sparse):
 
 
 def test_block_jacobi_stops_at_the_tolerance(plain, stepper, on_the_floor, as_sparse):
-    stepper.matrix.assemble(INVERSE_DT)
+    stepper.potential.matrix.assemble(INVERSE_DT)
     b = load(plain)
-    inverse = np.linalg.inv(stepper.matrix.diagonal.to_numpy().astype(float))
-    matrix, counts = as_sparse(stepper.matrix), []
+    inverse = np.linalg.inv(stepper.potential.matrix.diagonal.to_numpy().astype(float))
+    matrix, counts = as_sparse(stepper.potential.matrix), []
 
     def norm(r):
         return np.sqrt(np.einsum("ia,iab,ib->", r, inverse, r))
 
     for tolerance in (1e-1, 1e-3, 1e-6):
-        count, reached = plain.solve(tolerance, 5000, stepper.reach)
+        count, reached = plain.solve(tolerance, 5000, stepper.newton.reach)
         left = b - (matrix @ plain.d.to_numpy().ravel()).reshape(-1, 3)
         assert reached <= tolerance
         assert norm(left) / norm(b) == pytest.approx(reached, rel=1e-2)
@@ -69,13 +69,13 @@ def test_block_jacobi_stops_at_the_tolerance(plain, stepper, on_the_floor, as_sp
 
 def test_it_stops_at_the_greatest_number_of_iterations(solver, stepper):
     load(solver)
-    count, reached = solver.solve(1e-12, 10, stepper.reach)
+    count, reached = solver.solve(1e-12, 10, stepper.newton.reach)
     assert count == 10 and reached > 1e-12
 
 
 def test_no_load_moves_nothing(solver, stepper):
     solver.b.fill(0.0)
-    count, reached = solver.solve(1e-6, 100, stepper.reach)
+    count, reached = solver.solve(1e-6, 100, stepper.newton.reach)
     assert (solver.d.to_numpy() == 0).all() and reached == 0 and count <= 5
 
 
@@ -83,6 +83,6 @@ def test_the_same_load_gives_the_same_bits(solver, stepper):
     load(solver)
     results = []
     for _ in range(2):
-        solver.solve(1e-4, 500, stepper.reach)
+        solver.solve(1e-4, 500, stepper.newton.reach)
         results.append(solver.d.to_numpy())
     assert np.array_equal(*results)

@@ -193,3 +193,37 @@ def test_a_restored_run_goes_on_with_the_same_bits(two_sheets, start):
         step.restore(kept)
     for first, again in zip(*ends, strict=True):
         assert np.array_equal(first, again)
+
+
+def over_each_other(two, gap) -> np.ndarray:
+    """Positions of the upper sheet turned over the lower one."""
+    return np.concatenate([two.flat, turned(two.flat) + [0, gap, 0]])
+
+
+def test_a_step_with_more_contact_than_can_be_held_fails(two_sheets, start, monkeypatch):
+    """What could be done before is kept, and done again where there is room."""
+    two = two_sheets
+    positions, velocities = over_each_other(two, 3e-3), np.repeat([[0, 0, 0], [0, -0.3, 0]], len(two.flat), axis=0)
+    step = start(positions, velocities, **USUAL)
+    monkeypatch.setattr(step.layers, "capacity", 3)
+    result = step.step(DT)
+    assert not result.accepted
+    assert "cloth lies on cloth in" in result.reason and "places at once, 3 can be held" in result.reason
+    assert np.array_equal(step.x.to_numpy(), positions) and np.array_equal(step.v.to_numpy(), velocities)
+    # a step so short that they do not touch yet
+    assert step.step(DT / 10).accepted
+    monkeypatch.undo()
+    assert step.step(DT).accepted
+
+
+def test_paths_that_are_not_finite_make_the_step_fail(two_sheets, start):
+    positions = over_each_other(two_sheets, 5e-3)
+    step = start(positions, free=rim(two_sheets), **USUAL)
+    step.place_held(positions * np.nan)
+    result = step.step(DT)
+    assert not result.accepted and "not finite" in result.reason
+    assert np.array_equal(step.x.to_numpy(), positions)
+
+
+def test_nothing_is_compiled_when_they_meet(two_sheets):
+    assert two_sheets.late == []

@@ -31,7 +31,7 @@ class Product:
 
 @pytest.fixture(scope="module")
 def product(_stepper):
-    return Product(_stepper.matrix)
+    return Product(_stepper.potential.matrix)
 
 
 @pytest.fixture
@@ -54,8 +54,8 @@ def test_matrix_is_mass_and_the_derivative_of_the_force(
     assert 0.1 < (along < 1).mean() < 0.9
     stepper.contact.along.from_numpy((along == 1).astype(float))
     stepper.contact.evaluate()
-    stepper.matrix.assemble(INVERSE_DT)
-    matrix, eps = as_sparse(stepper.matrix), 1e-9
+    stepper.potential.matrix.assemble(INVERSE_DT)
+    matrix, eps = as_sparse(stepper.potential.matrix), 1e-9
     inertia = cloth.masses[:, None] * INVERSE_DT**2
     for seed in range(6):
         direction = np.random.default_rng(seed).normal(size=on_the_floor.shape)
@@ -72,8 +72,8 @@ def test_bending_blocks_are_no_softer_than_the_sheet(stepper, level, forces, as_
     stepper.elastic.begin_step()
     stepper.elastic.evaluate(0.0)
     stepper.contact.evaluate()
-    stepper.matrix.assemble(0.0)
-    matrix = as_sparse(stepper.matrix)
+    stepper.potential.matrix.assemble(0.0)
+    matrix = as_sparse(stepper.potential.matrix)
     for seed in range(3):
         w = np.zeros_like(flat)
         w[:, 1] = np.random.default_rng(seed).normal(size=len(w))
@@ -86,8 +86,8 @@ def test_bending_blocks_are_no_softer_than_the_sheet(stepper, level, forces, as_
 
 
 def test_it_is_symmetric(stepper, on_the_floor, as_sparse):
-    stepper.matrix.assemble(INVERSE_DT)
-    matrix = as_sparse(stepper.matrix)
+    stepper.potential.matrix.assemble(INVERSE_DT)
+    matrix = as_sparse(stepper.potential.matrix)
     assert abs(matrix - matrix.T).max() < 1e-6 * abs(matrix).max()
 
 
@@ -100,20 +100,20 @@ def test_it_is_positive_definite_even_crushed(stepper, level, as_sparse, scale):
     stepper.elastic.evaluate(0.0)
     stepper.contact.evaluate()
     for inverse_dt, least in ((INVERSE_DT, 0.9), (0.0, None)):
-        stepper.matrix.assemble(inverse_dt)
-        eigenvalues = np.linalg.eigvalsh(as_sparse(stepper.matrix).toarray())
+        stepper.potential.matrix.assemble(inverse_dt)
+        eigenvalues = np.linalg.eigvalsh(as_sparse(stepper.potential.matrix).toarray())
         mass = stepper.mass.to_numpy().min() * inverse_dt**2
         # rounding of the f32 blocks is all that may be missing
         assert eigenvalues.min() > -1e-6 * eigenvalues.max() + (least or 0.0) * mass
 
 
 def test_held_vertices_have_rows_of_zeros(stepper, on_the_floor, as_sparse, product):
-    stepper.matrix.assemble(INVERSE_DT)
+    stepper.potential.matrix.assemble(INVERSE_DT)
     free = np.ones((stepper.nv, 3))
     free[[0, 5, 17]] = 0
     free[8, 1] = 0  # slides along x and z
     vector = np.random.default_rng(0).normal(size=(stepper.nv, 3)) * free
-    expected = (as_sparse(stepper.matrix) @ vector.ravel()).reshape(-1, 3) * free
+    expected = (as_sparse(stepper.potential.matrix) @ vector.ravel()).reshape(-1, 3) * free
     fields.upload(stepper.free, free)
     assert product.of(vector) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
 
@@ -123,8 +123,8 @@ def test_elastic_rows_sum_to_zero(stepper, level, product):
     stepper.x.from_numpy(level(5.0) * [1.1, 1, 0.9])
     stepper.elastic.evaluate(0.0)
     stepper.contact.evaluate()
-    stepper.matrix.assemble(0.0)
-    size = np.abs(stepper.matrix.diagonal.to_numpy()).max()
+    stepper.potential.matrix.assemble(0.0)
+    size = np.abs(stepper.potential.matrix.diagonal.to_numpy()).max()
     assert np.abs(product.of(np.ones((stepper.nv, 3)))).max() < 1e-6 * size
 
 
@@ -139,11 +139,11 @@ def test_with_constant_bending_it_is_the_exact_derivative_of_the_force(
     flat = level(5.0)
     bent = flat * [1.02, 1.0, 1.02] + np.outer(20 * flat[:, 0] ** 2, [0, 1, 0])
     forces.at(bent)
-    step.matrix.assemble(0.0)
-    matrix, eps = as_sparse(step.matrix), 1e-9
+    step.potential.matrix.assemble(0.0)
+    matrix, eps = as_sparse(step.potential.matrix), 1e-9
     # up and down the sheet, where bending shows beside the membrane
     direction = np.random.default_rng(0).normal(size=bent.shape) * [0, 1, 0]
     slope = (forces.at(bent + eps * direction) - forces.at(bent - eps * direction)) / (2 * eps)
     found = (matrix @ direction.ravel()).reshape(-1, 3)
     assert found == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
-    assert Product(step.matrix).of(direction) == pytest.approx(found, abs=1e-6 * np.abs(found).max())
+    assert Product(step.potential.matrix).of(direction) == pytest.approx(found, abs=1e-6 * np.abs(found).max())

@@ -120,4 +120,4 @@ def test_the_order_stays(pair, put):
         ends.append(s.x.to_numpy()[pair.high])
     coarse, fine = (np.sqrt(((a - b) ** 2).sum(axis=1).mean()) for a, b in zip(ends, ends[1:], strict=False))
     print(f"order {np.log2(coarse / fine):.2f}, {1e6 * coarse:.3g} and {1e6 * fine:.3g} um")
-    assert np.log2(coarse / fine) > 1.8
+    assert 1.8 < np.log2(coarse / fine) < 2.6

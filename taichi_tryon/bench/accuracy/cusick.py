@@ -2,9 +2,9 @@
 
 The drape coefficient is the area of its shadow from above less that of the table, over the area of the cloth less that
 of the table (Cusick 1968, "The measurement of fabric drape", Journal of the Textile Institute 59; ISO 9073-9); nodes
-are the folds, counted in the outline. There is no exact value: two convergent models of bending (mid-edge normals as
-here, and a vertex Hessian) gave 48 to 50 % with 8 to 10 nodes for this fabric, which limits of 46 to 52 % frame. Shadow
-and areas are those of the mesh's own polygons.
+are the folds, counted in the outline. There is no exact value: two convergent models of bending (mid-edge normals, as
+ours, and a vertex Hessian) gave 48 to 50 % with 8 to 10 nodes for this fabric, which limits of 46 to 52 % frame: they
+guard what was found, and are no measurement. Shadow and areas are those of the mesh's own polygons.
 
 A disk can come to rest in many equilibria, of 7 to 12 folds spread more or less evenly, whose coefficients differ by
 more than meshes do; how it falls decides. It starts with 8 folds around its rim, of one height after the other, and the

@@ -86,8 +86,8 @@ def order(done: Outcome, start: dict[str, np.ndarray], scheme: str) -> float:
 def _drift(cloth: str, done: Outcome, start: dict[str, np.ndarray]) -> Record:
     begin = time.perf_counter()
     swing(done, start, "tr_bdf2", 120, 0.0)
-    energy, push = mechanical(done.simulation), kinetic(done.simulation)
+    energy, push = mechanical(done.simulation.stepper), kinetic(done.simulation.stepper)
     swing(done, start, "tr_bdf2", 120, 1.0)
-    lost = 100 * (mechanical(done.simulation) - energy) / push
+    lost = 100 * (mechanical(done.simulation.stepper) - energy) / push
     where = {"cloth": cloth, "scheme": "tr_bdf2", "step": "1/120 s"}
     return absolute("swing", where, "energy_drift", "% of push", lost, 0.0, DRIFT, time.perf_counter() - begin)

@@ -1,0 +1,160 @@
+"""Newton's method on the incremental potential Phi: (M / dt^2 + H) d = -grad Phi, and a line search along d.
+
+H is made positive semi-definite block by block until Phi's slope is small. The search costs nothing where the full step
+lowers Phi. Where cloth may touch cloth, d is turned aside and each vertex stopped before they meet.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichi_tryon.solver import guards
+from taichi_tryon.solver.coarse import CoarseSpace
+from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
+from taichi_tryon.solver.potential import Potential
+from taichi_tryon.solver.settings import StepSettings
+from taichi_tryon.solver.way import Way
+
+# the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
+LEAST_SHARE, TOLERATED = 1 / 64, 0.01
+# below this residual, where a step is to be solved further, the membrane's Hessian is taken as it is, compression and
+# all: without it, wrinkles are stiffer in the matrix than in truth and take twice as many iterations
+EXACT_BELOW = 1e-3
+# Newton iterations that share a coarse space
+REFRESH = 2
+
+
+@dataclass
+class Solution:
+    """Whether Newton's method got anywhere, what it cost, and the ``residual``, |grad Phi| over the weight, that is
+    left."""
+
+    found: bool = False
+    newton_iterations: int = 0
+    linear_iterations: int = 0
+    residual: float = np.inf
+
+
+class Newton:
+    """Moves the cloth to where a Potential is least; ``way`` is how it may go there."""
+
+    def __init__(self, cloth, potential: Potential, way: Way, preconditioner: str, clock):
+        self.potential, self.way, self.layers, self.clock = potential, way, potential.layers, clock
+        coarse, self.reach = None, 1.0
+        if preconditioner == "coarse":
+            coarse, self.reach = CoarseSpace.over(cloth, potential.matrix, potential.x)
+        self.linear = ConjugateGradients(potential.matrix, coarse)
+        self.settings: StepSettings | None = None
+        self.solution = Solution()
+        self._exact = False
+
+    def minimise(self, inverse_dt: float, ahead: float, settings: StepSettings) -> Solution:
+        """Minimise Phi of a stage of 1 / inverse_dt [s], ``ahead`` [s] of which friction looks ahead. Raises
+        StepFailure where it cannot be said what cloth does to cloth."""
+        phi, self.settings = self.potential, settings
+        s = self.solution = Solution()
+        phi.begin(inverse_dt, ahead)
+        s.residual, progress = self.slope()[0], False
+        while s.newton_iterations < settings.max_newton_iterations:
+            before = phi.value()
+            exact = max(s.residual, settings.tolerance) < EXACT_BELOW
+            self._assemble(exact)
+            self._solve(refresh=s.newton_iterations % REFRESH == 0)
+            s.newton_iterations += 1
+            if not self._descend(before):
+                break
+            progress = True
+            phi.bind()
+            s.residual = self.slope()[0]
+            if s.residual <= settings.tolerance:
+                break
+        s.found = bool(np.isfinite(s.residual) and (progress or s.residual <= settings.tolerance))
+        return s
+
+    def slope(self) -> tuple[float, float]:
+        """Take -grad Phi for the right-hand side; see ``Potential.gather``."""
+        return self.potential.gather(self.linear.b)
+
+    def compile(self) -> None:
+        """Compile every kernel that Newton's method takes, where the cloth is at rest; it stays there."""
+        self.potential.value()
+        self.potential.assemble(exact=False)
+        self.linear.solve(0.5, 1, self.reach)
+        self.way.aim(self.linear.d, 1e-6)
+        if self.layers is not None:
+            self.layers.compile(self.linear.b)
+        self.way.go(0.0)
+
+    # -- the direction --------------------------------------------------------------------------------------------
+
+    def _assemble(self, exact: bool) -> None:
+        self._exact = exact
+        self.potential.assemble(exact)
+
+    def _solve(self, refresh: bool) -> None:
+        """Newton's direction d from the matrix as it is, or where that is not positive definite from one that is."""
+        s = self.settings
+        iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh)
+        self.solution.linear_iterations += iterations
+        if self._exact and self.linear.indefinite[None] == 1:
+            self._assemble(exact=False)
+            self._solve(refresh=True)
+
+    def _aim(self, longest: float, anew: bool = False) -> bool:
+        """Aim along d, where ``anew`` that of the right-hand side as it is now; whether it is finite."""
+        if anew:
+            self._solve(refresh=False)
+        return self.way.aim(self.linear.d, longest)
+
+    # -- the way along it -----------------------------------------------------------------------------------------
+
+    def _descend(self, before: float) -> bool:
+        """Go along d from where Phi is ``before``; whether that leads anywhere."""
+        longest = self.settings.longest_move
+        if not self._aim(longest):
+            return False
+        if self.layers is None:
+            return self._search(before, TOLERATED)
+        if guards.stay_apart(self.layers, self.linear, self.clock, longest, self._aim):
+            self.way.keep_apart()
+            if self._search(before, 0.0):
+                return True
+        return self._descend_alike(before)
+
+    def _descend_alike(self, before: float) -> bool:
+        """Go along Newton's own direction, all of it shortened alike: Phi falls along it, as it need not where each
+        vertex has been stopped by itself."""
+        with self.clock("contact"):
+            self.layers.bind()
+        self.slope()
+        if not self._aim(self.settings.longest_move, anew=True):
+            return False
+        self.way.keep_apart(alike=True)
+        return self._search(before, TOLERATED)
+
+    def _search(self, before: float, tolerated: float) -> bool:
+        """Go along the way as far as Phi falls; where it does not at all, stay.
+
+        Where two limbs meet, the body's gap jumps from the one to the other and Phi with it, while d is right for all
+        the rest of the cloth: then the shortest share is gone if Phi rises by no more than a ``tolerated`` part of what
+        is stored.
+        """
+        share = 1.0
+        while True:
+            rise = self._look(share) - before
+            if rise <= 1e-9 * abs(before):
+                return True
+            if share < 2 * LEAST_SHARE:
+                break
+            share *= 0.5
+        if rise <= tolerated * self.potential.stored():
+            return True
+        self.way.go(0.0)
+        self.potential.evaluate()
+        return False
+
+    def _look(self, share: float) -> float:
+        """Phi at a share of the way."""
+        self.way.go(share)
+        self.potential.evaluate()
+        return self.potential.value()
