@@ -90,6 +90,11 @@ def group(owner: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     return start.astype(np.int32), order.astype(np.int32)
 
 
+def sums(columns: int) -> np.ndarray:
+    """Where a kernel puts the sums (CHUNKS, columns) of the chunks: an array, which costs no kernel to read."""
+    return np.zeros((CHUNKS, columns))
+
+
 @ti.func
 def chunk_bounds(chunk: int, count: int):
     """First and last-but-one index of a chunk; a fixed division of the work keeps sums in the same order."""

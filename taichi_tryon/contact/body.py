@@ -57,7 +57,7 @@ class BodyContact:
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
-        self.sums = ti.field(ti.f64, shape=fields.CHUNKS)
+        self.sums = fields.sums(1)
 
     @ti.func
     def _at(self, field: ti.template(), s: int):
@@ -189,7 +189,7 @@ class BodyContact:
         return total, own
 
     @ti.kernel
-    def _sum_energy(self):
+    def _sum_energy(self, sums: ti.types.ndarray()):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.count)
             total = ti.cast(0.0, ti.f64)
@@ -199,12 +199,12 @@ class BodyContact:
                     length = self.drag[s].norm()
                     reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
                     total += self.stick[s] * reach * (length - 0.5 * reach)
-            self.sums[chunk] = total
+            sums[chunk, 0] = total
 
     def energy(self) -> float:
         """Energy [J] of contact and of the friction springs."""
-        self._sum_energy()
-        return float(self.sums.to_numpy().sum())
+        self._sum_energy(self.sums)
+        return float(self.sums.sum())
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""

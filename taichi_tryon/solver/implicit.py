@@ -61,7 +61,7 @@ class ImplicitStep:
         self.way = Way(self.x, self.path, self.layers, clock)
         self.newton = Newton(cloth, self.potential, self.way, settings.preconditioner, clock)
         self.flight = FreeFlight(cloth)
-        self.sums = ti.Vector.field(2, ti.f64, shape=fields.CHUNKS)
+        self.sums = fields.sums(2)
 
     # -- one step -------------------------------------------------------------------------------------------------
 
@@ -144,7 +144,7 @@ class ImplicitStep:
             self.v_stage[i] = (self.x[i] - self.x_ref[i]) * inverse_h
 
     @ti.kernel
-    def _sum_errors(self, inverse_h: float, first: float, middle: float, last: float):
+    def _sum_errors(self, sums: ti.types.ndarray(), inverse_h: float, first: float, middle: float, last: float):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
             total = ti.Vector([0.0, 0.0], ti.f64)
@@ -153,12 +153,13 @@ class ImplicitStep:
                 error = first * self.v[i] + middle * self.v_stage[i] + last * v
                 total[0] += self.mass[i] * error.dot(error)
                 total[1] += self.mass[i]
-            self.sums[chunk] = total
+            for k in ti.static(range(2)):
+                sums[chunk, k] = total[k]
 
     def _error(self, inverse_h: float, weights: tuple[float, float, float]) -> float:
         """Local error of the step over its length [m/s], root of the mean square over the mass."""
-        self._sum_errors(inverse_h, *weights)
-        square, mass = self.sums.to_numpy().sum(axis=0)
+        self._sum_errors(self.sums, inverse_h, *weights)
+        square, mass = self.sums.sum(axis=0)
         return float(np.sqrt(square / mass))
 
     @ti.kernel

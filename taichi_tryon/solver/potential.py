@@ -35,7 +35,7 @@ class Potential:
         self.bears = tables.scalars(np.ones(self.nv))
         self.x_hat, self.pull, self.force = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
         self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free, self.layers)
-        self.sums = ti.Vector.field(2, ti.f64, shape=fields.CHUNKS)
+        self.sums = fields.sums(2)
         self.inverse_dt = 0.0
 
     def begin(self, inverse_dt: float, ahead: float) -> None:
@@ -69,14 +69,14 @@ class Potential:
 
     def value(self) -> float:
         """Phi [J] where last evaluated."""
-        self._sum_particles(self.inverse_dt)
-        return float(self.sums.to_numpy()[:, 0].sum()) + self.stored()
+        self._sum_particles(self.sums, self.inverse_dt)
+        return float(self.sums[:, 0].sum()) + self.stored()
 
     def gather(self, b) -> tuple[float, float]:
         """Fill the vector field b = -grad Phi [N]. 2-norms over the weight: of b, and of the force without inertia."""
         self._gather(b, self.inverse_dt)
-        self._sum_forces(b)
-        all_of_it, at_rest = np.sqrt(self.sums.to_numpy().sum(axis=0)) / self.weight
+        self._sum_forces(self.sums, b)
+        all_of_it, at_rest = np.sqrt(self.sums.sum(axis=0)) / self.weight
         return float(all_of_it), float(at_rest)
 
     def assemble(self, exact: bool) -> None:
@@ -95,16 +95,16 @@ class Potential:
             b[i] = f - self.free[i] * drift
 
     @ti.kernel
-    def _sum_forces(self, b: ti.template()):
+    def _sum_forces(self, sums: ti.types.ndarray(), b: ti.template()):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
             total = ti.Vector([0.0, 0.0], ti.f64)
             for i in range(low, high):
                 total += ti.Vector([b[i].dot(b[i]), self.force[i].dot(self.force[i])], ti.f64)
-            self.sums[chunk] = total
+            sums[chunk, 0], sums[chunk, 1] = total[0], total[1]
 
     @ti.kernel
-    def _sum_particles(self, inverse_dt: float):
+    def _sum_particles(self, sums: ti.types.ndarray(), inverse_dt: float):
         """Of inertia and gravity."""
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
@@ -114,4 +114,4 @@ class Potential:
                 inertia = 0.5 * self.mass[i] * inverse_dt * inverse_dt * away.dot(away)
                 lift = self.mass[i] * self.bears[i] * self.gravity[None].dot(self.x[i])
                 total += inertia - lift
-            self.sums[chunk] = ti.Vector([total, 0.0], ti.f64)
+            sums[chunk, 0] = total

@@ -16,7 +16,7 @@ class Way:
     def __init__(self, x, path, layers, clock):
         self.x, self.path, self.layers, self.clock, self.nv = x, path, layers, clock, x.shape[0]
         self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
-        self.peaks = ti.field(ti.f64, shape=fields.CHUNKS)
+        self.peaks = fields.sums(1)
 
     def start(self) -> None:
         """From here on the cloth is moved by others."""
@@ -60,12 +60,12 @@ class Way:
 
     def peak(self, vectors) -> float:
         """Length of the longest of a field of vectors, infinite where one is not finite."""
-        self._peak(vectors)
-        peak = float(self.peaks.to_numpy().max())
+        self._peak(vectors, self.peaks)
+        peak = float(self.peaks.max())
         return peak if peak < HUGE else np.inf
 
     @ti.kernel
-    def _peak(self, vectors: ti.template()):
+    def _peak(self, vectors: ti.template(), peaks: ti.types.ndarray()):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
             peak = ti.cast(0.0, ti.f64)
@@ -75,7 +75,7 @@ class Way:
                 if not size < HUGE:
                     size = HUGE
                 peak = ti.max(peak, size)
-            self.peaks[chunk] = peak
+            peaks[chunk, 0] = peak
 
     @ti.kernel
     def _keep_base(self):
