@@ -180,6 +180,8 @@ class Simulation:
         phase, scene = self.progress.phase, self.scene
         self.stepper.settings = self._settling if phase == "settle" else self._moving
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        # a garment lay flat before: the anchors wait there, and what it is bent by when it is on rubs on the way
+        self.stepper.elastic.rub(phase != "dress")
         bears = np.ones(self.setup.cloth.vertex_count)
         if phase == "dress":
             for part, garment in zip(self.setup.cloth.parts, self.setup.garments, strict=True):

@@ -32,6 +32,7 @@ from scipy.sparse.csgraph import connected_components
 
 from taichi_tryon import fields
 from taichi_tryon.cloth.hinges import Hinges
+from taichi_tryon.cloth.hysteresis import BENDING_REACH, Sliders
 from taichi_tryon.cloth.model import Cloth
 
 
@@ -150,6 +151,8 @@ class Constant:
         self.vertex_triangle = tables.scalars(first)
         self.hinged = bool(cloth.damping_time.any())
         self.hinges = Hinges(cloth, x, tables) if self.hinged else None
+        # vectors have no curvatures that dry friction could act on
+        self.friction = Sliders(np.zeros((0, 2)), BENDING_REACH, tables)
 
     def begin_step(self):
         """Remember the hinge angles, where there is internal friction."""

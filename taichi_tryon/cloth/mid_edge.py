@@ -1,10 +1,17 @@
-"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``."""
+"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``.
+
+Dry friction acts on the triangle's curvatures along warp and weft, each with its own limit, and takes part in that
+minimum: its potential belongs to the energy. Twist has none: KES does not measure it, and a strip cut at an angle then
+rubs with HB_warp cos^2 + HB_weft sin^2, in every direction alike where the two are.
+"""
 
 import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.cloth import bending
 from taichi_tryon.cloth.hinges import Hinges
+from taichi_tryon.cloth.hysteresis import BENDING_REACH, Sliders
 from taichi_tryon.cloth.model import Cloth
 
 # Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one. An even number
@@ -30,6 +37,14 @@ class MidEdge:
         diagonal = np.bincount(
             cloth.triangle_edges.ravel(), np.einsum("tkk->tk", cloth.edge_stiffness).ravel(), self.ne
         )
+        self.friction = Sliders(cloth.bend_friction, BENDING_REACH, tables)
+        if self.friction.present:
+            self.area = tables.scalars(cloth.areas)
+            self.edge_curvature = tables.matrices(bending.edge_curvatures(cloth.gradients))
+            stuck = bending.stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
+            # a bound of the stiffness, whatever sticks: the iteration for the rotations never diverges
+            diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
+            self.stuck = ti.field(float, shape=self.ne)
         self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
         self.rotation = ti.field(float, shape=(2, self.ne))
@@ -53,6 +68,12 @@ class MidEdge:
         """Remember the hinge angles."""
         self.hinges.begin_step()
 
+    @ti.kernel
+    def end_step(self):
+        """Dry friction slips."""
+        for t in range(self.nt):
+            self.friction.drag(t, self._curvatures(t, self._edge_angles(t, 0)))
+
     def begin_stage(self, v, ahead: float, beyond: float):
         """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
         self.hinges.begin_stage(v, ahead, beyond)
@@ -74,9 +95,18 @@ class MidEdge:
         return alpha
 
     @ti.func
+    def _curvatures(self, t: int, alpha):
+        """k11, k22 [1/m] of triangle t."""
+        return self.edge_curvature[t] @ alpha
+
+    @ti.func
     def _edge_moment(self, t: int, e: int, buffer: int):
         """Derivative of triangle t's energy with respect to its angle at edge e, and the edge's sign there."""
-        m = self.stiffness[t] @ self._edge_angles(t, buffer)
+        alpha = self._edge_angles(t, buffer)
+        m = self.stiffness[t] @ alpha
+        if ti.static(self.friction.present):
+            q = self.friction.friction(t, self._curvatures(t, alpha))
+            m += self.area[t] * self.edge_curvature[t].transpose() @ q
         moment = ti.cast(0.0, float)
         sign = 0
         for k in ti.static(range(3)):
@@ -118,6 +148,21 @@ class MidEdge:
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
                     total += self.hinges.share[e] * moment
                 self.hinges.moment[e] = total
+                if ti.static(self.friction.present):
+                    self._evaluate_stuck(e)
+
+    @ti.func
+    def _evaluate_stuck(self, e: int):
+        """What dry friction adds to the stiffness of an inner edge, its rotation held."""
+        total = ti.cast(0.0, float)
+        for side in range(2):
+            t = self.hinge_triangle[e][side]
+            slope = self.friction.stiffness(t, self._curvatures(t, self._edge_angles(t, 0)))
+            for k in ti.static(range(3)):
+                if self.triangle_edge[t][k] == e:
+                    for c in ti.static(range(2)):
+                        total += self.area[t] * slope[c] * self.edge_curvature[t][c, k] ** 2
+        self.stuck[e] = self.hinges.share[e] ** 2 * total
 
     @ti.func
     def force(self, i: int):
@@ -127,7 +172,10 @@ class MidEdge:
     @ti.func
     def block(self, e: int, i: int, j: int, inverse_dt: float):
         """Hessian block of hinge e between its roles i and j, edge rotations held (Gauss-Newton)."""
-        return self.hinges.block(e, i, j, self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt))
+        stiffness = self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt)
+        if ti.static(self.friction.present):
+            stiffness += self.stuck[e]
+        return self.hinges.block(e, i, j, stiffness)
 
     @ti.func
     def energy(self, chunk: int, first: int, last: int):
@@ -137,6 +185,8 @@ class MidEdge:
         for t in range(first + low, first + high):
             alpha = self._edge_angles(t, 0)
             total += 0.5 * alpha.dot(self.stiffness[t] @ alpha)
+            if ti.static(self.friction.present):
+                total += self.area[t] * self.friction.potential(t, self._curvatures(t, alpha))
         return total
 
     @ti.func
@@ -150,8 +200,9 @@ class MidEdge:
 
     def state(self) -> dict[str, np.ndarray]:
         """What an evaluation starts from."""
-        return {"rotation": self.rotation.to_numpy()}
+        return {"rotation": self.rotation.to_numpy(), **self.friction.state("bend_anchors")}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
         fields.upload(self.rotation, state["rotation"])
+        self.friction.restore("bend_anchors", state)
