@@ -89,6 +89,7 @@ class Simulation:
             fields.upload(self.stepper.v, setup.velocities)
         self.progress = Progress(phase=self._needed(PHASES), dt=solver.step_s)
         self._set_forces()
+        self._begin_rubbing()
         self.step_seconds: list[float] = []
 
     # -- course ---------------------------------------------------------------------------------------------------
@@ -180,7 +181,7 @@ class Simulation:
         phase, scene = self.progress.phase, self.scene
         self.stepper.settings = self._settling if phase == "settle" else self._moving
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
-        # a garment lay flat before: the anchors wait there, and what it is bent by when it is on rubs on the way
+        # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
         self.stepper.elastic.rub(phase != "dress")
         bears = np.ones(self.setup.cloth.vertex_count)
         if phase == "dress":
@@ -222,6 +223,11 @@ class Simulation:
         if p.phase == "settle":
             self.field.set_pose(self.transforms)
         self._set_forces()
+        self._begin_rubbing()
+
+    def _begin_rubbing(self) -> None:
+        """Where dry friction begins to act, cloth that lay flat has been bent and sheared to its present shape."""
+        self.stepper.elastic.end_step()
 
     def _needed(self, phases: tuple[str, ...]) -> str:
         """The first of the phases that this scene has anything to do in, "done" where none has."""

@@ -80,7 +80,8 @@ class Elastic:
     def rub(self, on: bool):
         """Switch dry friction on or off; it begins from where it was last."""
         self.friction.switch(on)
-        self.bending.friction.switch(on)
+        if self.bending.friction.present:
+            self.bending.friction.sliders.switch(on)
 
     @ti.kernel
     def _begin_step(self):

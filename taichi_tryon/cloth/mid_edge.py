@@ -1,17 +1,13 @@
-"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``.
-
-Dry friction acts on the triangle's curvatures along warp and weft, each with its own limit, and takes part in that
-minimum: its potential belongs to the energy. Twist has none: KES does not measure it, and a strip cut at an angle then
-rubs with HB_warp cos^2 + HB_weft sin^2, in every direction alike where the two are.
-"""
+"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``. The potential of
+dry friction is part of that energy."""
 
 import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
-from taichi_tryon.cloth import bending
+from taichi_tryon.cloth.bending import stuck_stiffness
+from taichi_tryon.cloth.bending_friction import BendingFriction
 from taichi_tryon.cloth.hinges import Hinges
-from taichi_tryon.cloth.hysteresis import BENDING_REACH, Sliders
 from taichi_tryon.cloth.model import Cloth
 
 # Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one. An even number
@@ -37,14 +33,11 @@ class MidEdge:
         diagonal = np.bincount(
             cloth.triangle_edges.ravel(), np.einsum("tkk->tk", cloth.edge_stiffness).ravel(), self.ne
         )
-        self.friction = Sliders(cloth.bend_friction, BENDING_REACH, tables)
+        self.friction = BendingFriction(cloth, tables)
         if self.friction.present:
-            self.area = tables.scalars(cloth.areas)
-            self.edge_curvature = tables.matrices(bending.edge_curvatures(cloth.gradients))
-            stuck = bending.stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
-            # a bound of the stiffness, whatever sticks: the iteration for the rotations never diverges
+            # a bound of the stiffness, whatever slips: with it the iteration for the rotations never diverges
+            stuck = stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
             diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
-            self.stuck = ti.field(float, shape=self.ne)
         self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
         self.rotation = ti.field(float, shape=(2, self.ne))
@@ -72,7 +65,7 @@ class MidEdge:
     def end_step(self):
         """Dry friction slips."""
         for t in range(self.nt):
-            self.friction.drag(t, self._curvatures(t, self._edge_angles(t, 0)))
+            self.friction.drag(t, self._edge_angles(t, 0))
 
     def begin_stage(self, v, ahead: float, beyond: float):
         """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
@@ -95,24 +88,18 @@ class MidEdge:
         return alpha
 
     @ti.func
-    def _curvatures(self, t: int, alpha):
-        """k11, k22 [1/m] of triangle t."""
-        return self.edge_curvature[t] @ alpha
-
-    @ti.func
     def _edge_moment(self, t: int, e: int, buffer: int):
         """Derivative of triangle t's energy with respect to its angle at edge e, and the edge's sign there."""
         alpha = self._edge_angles(t, buffer)
         m = self.stiffness[t] @ alpha
-        if ti.static(self.friction.present):
-            q = self.friction.friction(t, self._curvatures(t, alpha))
-            m += self.area[t] * self.edge_curvature[t].transpose() @ q
         moment = ti.cast(0.0, float)
         sign = 0
         for k in ti.static(range(3)):
             if self.triangle_edge[t][k] == e:
                 moment = m[k]
                 sign = self.edge_sign[t][k]
+        if ti.static(self.friction.present):
+            moment += self.friction.at_edge(t, e, alpha)[0]
         return moment, sign
 
     @ti.kernel
@@ -149,20 +136,11 @@ class MidEdge:
                     total += self.hinges.share[e] * moment
                 self.hinges.moment[e] = total
                 if ti.static(self.friction.present):
-                    self._evaluate_stuck(e)
-
-    @ti.func
-    def _evaluate_stuck(self, e: int):
-        """What dry friction adds to the stiffness of an inner edge, its rotation held."""
-        total = ti.cast(0.0, float)
-        for side in range(2):
-            t = self.hinge_triangle[e][side]
-            slope = self.friction.stiffness(t, self._curvatures(t, self._edge_angles(t, 0)))
-            for k in ti.static(range(3)):
-                if self.triangle_edge[t][k] == e:
-                    for c in ti.static(range(2)):
-                        total += self.area[t] * slope[c] * self.edge_curvature[t][c, k] ** 2
-        self.stuck[e] = self.hinges.share[e] ** 2 * total
+                    stuck = ti.cast(0.0, float)
+                    for side in range(2):
+                        t = self.hinge_triangle[e][side]
+                        stuck += self.friction.at_edge(t, e, self._edge_angles(t, 0))[1]
+                    self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
 
     @ti.func
     def force(self, i: int):
@@ -174,7 +152,7 @@ class MidEdge:
         """Hessian block of hinge e between its roles i and j, edge rotations held (Gauss-Newton)."""
         stiffness = self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt)
         if ti.static(self.friction.present):
-            stiffness += self.stuck[e]
+            stiffness += self.friction.stuck[e]
         return self.hinges.block(e, i, j, stiffness)
 
     @ti.func
@@ -186,7 +164,7 @@ class MidEdge:
             alpha = self._edge_angles(t, 0)
             total += 0.5 * alpha.dot(self.stiffness[t] @ alpha)
             if ti.static(self.friction.present):
-                total += self.area[t] * self.friction.potential(t, self._curvatures(t, alpha))
+                total += self.friction.potential(t, alpha)
         return total
 
     @ti.func
@@ -200,9 +178,9 @@ class MidEdge:
 
     def state(self) -> dict[str, np.ndarray]:
         """What an evaluation starts from."""
-        return {"rotation": self.rotation.to_numpy(), **self.friction.state("bend_anchors")}
+        return {"rotation": self.rotation.to_numpy(), **self.friction.state()}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
         fields.upload(self.rotation, state["rotation"])
-        self.friction.restore("bend_anchors", state)
+        self.friction.restore(state)
