@@ -5,7 +5,9 @@ side by side with the elastic law (Jenkin's element: Jenkin 1922, "The extension
 metals"; for cloth Miguel et al. 2013, "Modeling and estimation of internal friction in cloth"). With the anchor g_p of
 the spring, the measure g (shear angle 2 E12, or a curvature) and its change d = g - g_p the friction is
 
-    q = Q d / r  while |d| <= r,  else Q sign d,      the gradient of   psi = Q (|d| - m + m^2 / (2 r)), m = min(|d|, r).
+    q = Q d / r  while |d| <= r,  else Q sign d,
+
+the gradient of psi = Q (|d| - m + m^2 / (2 r)), m = min(|d|, r).
 
 Q is half the width of the loop, r the reach within which friction is mobilised in full. Over a step the anchor stays
 where it is and psi is an incremental potential, so that an implicit step minimises it along with all else; afterwards
