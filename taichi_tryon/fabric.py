@@ -30,6 +30,21 @@ class FabricSpec(Spec):
         ge=0,
         description="internal friction: stress = C (strain + time x strain rate), likewise for bending; 0 = none",
     )
+    shear_hysteresis_gf_per_cm: float = Field(
+        0.0,
+        ge=0,
+        description="dry friction in shear: width 2HG of the loop at 0.5 degrees, mean of warp and weft; shirting has "
+        "0.5 to 2; 0 = none",
+    )
+    bending_hysteresis_warp_gf_cm_per_cm: float = Field(
+        0.0,
+        ge=0,
+        description="dry friction in bending: width 2HB of the loop of a strip cut along the warp, at 0.5 or 1 1/cm; "
+        "shirting has 0.03 to 0.1; 0 = none",
+    )
+    bending_hysteresis_weft_gf_cm_per_cm: float = Field(
+        0.0, ge=0, description="the same of a strip cut along the weft; 0 = none"
+    )
 
     @model_validator(mode="after")
     def _positive_definite(self) -> FabricSpec:
@@ -58,12 +73,15 @@ class Moduli:
     stretch: C11, C22, C12, C66 [N/m], of St. Venant-Kirchhoff stress on Green strain (E11, E22, 2 E12).
     bend: D11, D22, D12, D66 [N m], of the energy 1/2 (D11 k11^2 + 2 D12 k11 k22 + D22 k22^2 + D66 (2 k12)^2).
     mass: [kg/m^2]. damping_time: [s].
+    shear_friction [N/m] and bend_friction [N m/m] along warp and weft: the greatest dry friction, see ``hysteresis``.
     """
 
     stretch: np.ndarray
     bend: np.ndarray
     mass: float
     damping_time: float
+    shear_friction: float = 0.0
+    bend_friction: tuple[float, float] = (0.0, 0.0)
 
     @staticmethod
     def from_spec(spec: FabricSpec) -> Moduli:
@@ -71,6 +89,7 @@ class Moduli:
 
         KES stretches a wide, short strip, so that its width cannot shrink: the reading is C11 itself. A strip cut at
         45 degrees bends with 4 B45 = D11 + D22 + 2 D12 + 4 D66; the drape hardly sees D12, which is taken as 0.
+        Friction is half the width of a loop, to either side of the elastic line.
         """
         c11 = spec.tensile_warp_gf_per_cm * units.GF_PER_CM
         c22 = spec.tensile_weft_gf_per_cm * units.GF_PER_CM
@@ -83,4 +102,9 @@ class Moduli:
             bend=np.array([d11, d22, 0.0, d66]),
             mass=spec.weight_gf_per_cm2 * units.GF_PER_CM2_MASS,
             damping_time=spec.damping_time_s,
+            shear_friction=spec.shear_hysteresis_gf_per_cm / 2 * units.GF_PER_CM,
+            bend_friction=(
+                spec.bending_hysteresis_warp_gf_cm_per_cm / 2 * units.GF_CM_PER_CM,
+                spec.bending_hysteresis_weft_gf_cm_per_cm / 2 * units.GF_CM_PER_CM,
+            ),
         )

@@ -88,9 +88,11 @@ class Simulation:
                 layers and (layers.stiffness_N_per_m3, layers.thickness_mm * MM),
             )
             self.stepper.compile()
-            fields.upload(self.stepper.v, setup.velocities)
+            if setup.velocities.any():
+                fields.upload(self.stepper.v, setup.velocities)
         self.progress = Progress(phase=self._needed(PHASES), dt=solver.step_s)
         self._set_forces()
+        self._begin_rubbing()
         self.step_seconds: list[float] = []
 
     # -- course ---------------------------------------------------------------------------------------------------
@@ -180,6 +182,8 @@ class Simulation:
         phase, scene = self.progress.phase, self.scene
         self.stepper.settings = self._settling if phase == "settle" else self._moving
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
+        self.stepper.elastic.rub(phase != "dress")
         bears = np.ones(self.setup.cloth.vertex_count)
         if phase == "dress":
             for part, garment in zip(self.setup.cloth.parts, self.setup.garments, strict=True):
@@ -220,6 +224,11 @@ class Simulation:
         if p.phase == "settle":
             self.field.set_pose(self.transforms)
         self._set_forces()
+        self._begin_rubbing()
+
+    def _begin_rubbing(self) -> None:
+        """Where dry friction begins to act, cloth that lay flat has been bent and sheared to its present shape."""
+        self.stepper.elastic.end_step()
 
     def _needed(self, phases: tuple[str, ...]) -> str:
         """The first of the phases that this scene has anything to do in, "done" where none has."""

@@ -25,5 +25,7 @@ GF_PER_CM_DEGREE = GF / (CM * DEGREE)
 """Shear rigidity of 1 gf/(cm degree) [N/m per rad]."""
 GF_CM2_PER_CM = GF * CM**2 / CM
 """Bending rigidity of 1 gf cm^2/cm [N m]: bending moment per width and curvature."""
+GF_CM_PER_CM = GF * CM / CM
+"""Bending moment per width of 1 gf cm/cm [N]."""
 GF_PER_CM2_MASS = GF / STANDARD_GRAVITY / CM**2
 """Areal density of a fabric weighing 1 gf/cm^2 [kg/m^2]."""

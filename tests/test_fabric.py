@@ -41,6 +41,20 @@ def test_poisson_couples_warp_and_weft():
     assert moduli.stretch[2] == pytest.approx(0.3 * np.sqrt(moduli.stretch[0] * moduli.stretch[1]))
 
 
+def test_friction_is_half_the_width_of_the_loop():
+    still = Moduli.from_spec(FabricSpec(**TABLE1))
+    assert still.shear_friction == 0 and still.bend_friction == (0, 0)
+    width = {"bending_hysteresis_warp_gf_cm_per_cm": 0.06, "bending_hysteresis_weft_gf_cm_per_cm": 0.04}
+    rubbing = Moduli.from_spec(FabricSpec(**TABLE1, shear_hysteresis_gf_per_cm=1.0, **width))
+    assert rubbing.shear_friction == pytest.approx(0.4903325)
+    assert rubbing.bend_friction == pytest.approx((2.941995e-4, 1.96133e-4))
+
+
+def test_a_negative_width_is_refused():
+    with pytest.raises(ValidationError, match="shear_hysteresis_gf_per_cm"):
+        FabricSpec(**TABLE1, shear_hysteresis_gf_per_cm=-1.0)
+
+
 def test_a_fabric_without_resistance_to_twist_is_refused():
     with pytest.raises(ValidationError, match="resistance to twist"):
         FabricSpec(**(TABLE1 | {"bending_bias_gf_cm2_per_cm": 0.06}))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from taichi_tryon.body.density import gap
+from taichi_tryon.cloth.hysteresis import SHEAR_REACH
 from taichi_tryon.errors import RunError, StepFailure
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
@@ -16,7 +17,14 @@ from taichi_tryon.timing import Stopwatch
 
 @pytest.fixture(scope="module")
 def simulation(make_cone_scene):
-    scene = SceneSpec.model_validate_json(json.dumps(make_cone_scene()))
+    """A cone of a fabric that rubs, in shear and in bending."""
+    data = make_cone_scene()
+    data["garments"][0]["fabric"] |= {
+        "shear_hysteresis_gf_per_cm": 1.0,
+        "bending_hysteresis_warp_gf_cm_per_cm": 0.05,
+        "bending_hysteresis_weft_gf_cm_per_cm": 0.05,
+    }
+    scene = SceneSpec.model_validate_json(json.dumps(data))
     clock = Stopwatch()
     return Simulation(prepare(scene, clock), clock)
 
@@ -46,6 +54,19 @@ def test_phases_follow_each_other(course):
     assert list(dict.fromkeys(phases)) == ["dress", "drape", "settle"]  # nothing moves: the motion is left out
     assert phases == sorted(phases, key=["dress", "drape", "settle"].index)
     assert course[-1][1] == "done"
+
+
+def test_dry_friction_begins_where_dressing_ends_and_remembers_flat_cloth(simulation, course):
+    dressing = [state for before, after, _, state in course if after == "dress"]
+    worn = next(state for before, after, _, state in course if before == "dress" and after == "drape")
+    for name in ("bend_anchors", "shear_anchors"):
+        assert not any(state[name].any() for state in dressing)
+        # what is bent or sheared by more than the reach has slipped, the rest holds on to flat cloth
+        assert worn[name].any() and not worn[name].all()
+    simulation.restore(worn)
+    simulation.stepper.balance()
+    shear = simulation.stepper.elastic.strain.to_numpy()[:, 2]
+    assert worn["shear_anchors"][:, 0] == pytest.approx(shear - np.clip(shear, -SHEAR_REACH, SHEAR_REACH), abs=1e-12)
 
 
 def test_the_drape_lasts_as_long_as_asked(course):

@@ -24,6 +24,7 @@ SUITES = {
         "body_field",
         "uniaxial",
         "picture_frame",
+        "shear_cycle",
         "hanging_strip",
         "sphere",
         "incline",

@@ -18,6 +18,8 @@ Sources: Grinspun, Gingold, Reisman, Zorin 2006, "Computing discrete shape opera
 import numpy as np
 import taichi as ti
 
+from taichi_tryon.cloth.hysteresis import BENDING_REACH
+
 
 def triangle_stiffness(rest: np.ndarray, bend: np.ndarray) -> np.ndarray:
     """Energy of a triangle in its three edge angles: 1/2 alpha^T M alpha.
@@ -36,6 +38,20 @@ def triangle_stiffness(rest: np.ndarray, bend: np.ndarray) -> np.ndarray:
     d[:, 0, 0], d[:, 1, 1], d[:, 2, 2] = bend[:, 0], bend[:, 1], bend[:, 3]
     d[:, 0, 1] = d[:, 1, 0] = bend[:, 2]
     return np.einsum("tka,tab,tlb->tkl", curvature, d, curvature) / area[:, None, None]
+
+
+def edge_curvatures(gradients: np.ndarray) -> np.ndarray:
+    """Curvatures k11, k22 of a triangle for an angle of 1 at each of its edges: (nt, 2, 3) [1/m]; gradients (nt, 3, 2)
+    of the hat functions [1/m]."""
+    # the hat of corner k falls along n_k, by 1 over the height 2 A / l_k
+    size = np.linalg.norm(gradients, axis=2, keepdims=True)
+    return (2 * gradients**2 / size).transpose(0, 2, 1)
+
+
+def stuck_stiffness(gradients: np.ndarray, areas: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    """What dry ``friction`` (nt, 2) [N m/m] along warp and weft adds to the ``triangle_stiffness`` where it sticks."""
+    k = edge_curvatures(gradients)
+    return np.einsum("tak,ta,tal->tkl", k, friction * areas[:, None] / BENDING_REACH, k)
 
 
 @ti.func

@@ -3,7 +3,8 @@
 ``evaluate`` fills what forces and Hessian blocks are made of; forces are gathered at the vertices, so that no two
 threads write to one place and every run gives the same bits. Internal friction enters through the strain and hinge
 angles from which the time integration counts their rate: stress = C (E + tau (E - E_ref) / dt), where E_ref is the
-strain at the start of the step in backward Euler, and what ``begin_stage`` makes of it in other schemes.
+strain at the start of the step in backward Euler, and what ``begin_stage`` makes of it in other schemes. Dry friction
+(see ``hysteresis``) adds its own stress to the shear and its own moment to the curvatures.
 """
 
 import numpy as np
@@ -12,6 +13,7 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.cloth import membrane
 from taichi_tryon.cloth.constant import Constant
+from taichi_tryon.cloth.hysteresis import SHEAR_REACH, Sliders
 from taichi_tryon.cloth.mid_edge import MidEdge
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.cloth.tape import Tapes
@@ -40,6 +42,7 @@ class Elastic:
         )
 
         self.bending = BENDING[cloth.bending](cloth, x, tables)
+        self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
         # a triangle beside each segment, by which its energy is counted
         first = np.unique(cloth.triangles.ravel(), return_index=True)[1] // 3
@@ -47,7 +50,7 @@ class Elastic:
         start, order = fields.group(cloth.triangles.ravel(), self.nv)
         self.corner_start, self.corner = tables.scalars(start), tables.scalars(order)
         tables.fill()
-        self.sums = ti.Vector.field(4, ti.f64, shape=fields.CHUNKS)
+        self.sums = fields.sums(4)
 
     @ti.func
     def _triangle_strain(self, t: int):
@@ -61,6 +64,24 @@ class Elastic:
         """Remember strain and hinge angles: internal friction acts on the change since here."""
         self._begin_step()
         self.bending.begin_step()
+
+    def end_step(self):
+        """The step to the positions last evaluated is done: dry friction slips."""
+        if self.friction.present:
+            self._end_step()
+        if self.bending.friction.present:
+            self.bending.end_step()
+
+    @ti.kernel
+    def _end_step(self):
+        for t in range(self.nt):
+            self.friction.drag(t, self._shear(t))
+
+    def rub(self, on: bool):
+        """Switch dry friction on or off; it begins from where it was last."""
+        self.friction.switch(on)
+        if self.bending.friction.present:
+            self.bending.friction.sliders.switch(on)
 
     @ti.kernel
     def _begin_step(self):
@@ -99,8 +120,16 @@ class Elastic:
             s = membrane.stress(self.stretch[t], e)
             drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
-            self.stress[t] = s + drag
-            self.tension[t] = membrane.tension_only(s + drag)
+            s += drag
+            if ti.static(self.friction.present):
+                s[2] += self.friction.friction(t, self._shear(t))[0]
+            self.stress[t] = s
+            self.tension[t] = membrane.tension_only(s)
+
+    @ti.func
+    def _shear(self, t: int):
+        """Shear angle 2 E12 of triangle t, as dry friction measures it."""
+        return ti.Vector([self.strain[t][2]])
 
     @ti.func
     def force(self, i: int):
@@ -118,12 +147,14 @@ class Elastic:
     def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
         """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
+        if ti.static(self.friction.present):
+            c[3] += self.friction.stiffness(t, self._shear(t))[0]
         tension = self.stress[t] if exact == 1 else self.tension[t]
         block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
 
     @ti.kernel
-    def _sum_energies(self, inverse_dt: float, first: int, last: int):
+    def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, last - first)
             total = ti.Vector([0.0, 0.0, 0.0, 0.0], ti.f64)
@@ -132,10 +163,13 @@ class Elastic:
                 change = e - self.strain_ref[t]
                 drag = 0.5 * self.tau[t] * inverse_dt * change.dot(membrane.stress(c, change))
                 stretch = 0.5 * (c[0] * e[0] * e[0] + c[1] * e[1] * e[1] + 2.0 * c[2] * e[0] * e[1])
+                shear = 0.5 * c[3] * e[2] * e[2]
+                if ti.static(self.friction.present):
+                    shear += self.friction.potential(t, self._shear(t))
                 total += ti.Vector(
                     [
                         self.area[t] * stretch,
-                        self.area[t] * 0.5 * c[3] * e[2] * e[2],
+                        self.area[t] * shear,
                         0.0,
                         self.area[t] * drag,
                     ]
@@ -147,11 +181,21 @@ class Elastic:
                         total[0] += self.tapes.energy(k)
             total[2] += self.bending.energy(chunk, first, last)
             total[3] += self.bending.drag_energy(chunk, inverse_dt, first, last)
-            self.sums[chunk] = total
+            for k in ti.static(range(4)):
+                sums[chunk, k] = total[k]
 
     def energies(self, inverse_dt: float = 0.0, triangles: slice | None = None) -> np.ndarray:
         """Stretch, shear, bending and (over the step so far) friction energy [J] at the positions last evaluated, of
         all triangles or of some."""
         first, last = (0, self.nt) if triangles is None else (triangles.start, triangles.stop)
-        self._sum_energies(inverse_dt, first, last)
-        return self.sums.to_numpy().sum(axis=0)
+        self._sum_energies(self.sums, inverse_dt, first, last)
+        return self.sums.sum(axis=0)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What an evaluation starts from, beside the positions."""
+        return {**self.bending.state(), **self.friction.state("shear_anchors")}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``."""
+        self.bending.restore(state)
+        self.friction.restore("shear_anchors", state)

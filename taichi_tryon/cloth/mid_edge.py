@@ -1,9 +1,12 @@
-"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``."""
+"""Bending by mid-edge normals, with one rotation per edge that minimises the energy: see ``bending``. The potential of
+dry friction is part of that energy."""
 
 import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.cloth.bending import stuck_stiffness
+from taichi_tryon.cloth.bending_friction import BendingFriction
 from taichi_tryon.cloth.hinges import Hinges
 from taichi_tryon.cloth.model import Cloth
 
@@ -30,6 +33,11 @@ class MidEdge:
         diagonal = np.bincount(
             cloth.triangle_edges.ravel(), np.einsum("tkk->tk", cloth.edge_stiffness).ravel(), self.ne
         )
+        self.friction = BendingFriction(cloth, tables)
+        if self.friction.present:
+            # a bound of the stiffness, whatever slips: with it the iteration for the rotations never diverges
+            stuck = stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
+            diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
         self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
         self.rotation = ti.field(float, shape=(2, self.ne))
@@ -52,6 +60,12 @@ class MidEdge:
     def begin_step(self):
         """Remember the hinge angles."""
         self.hinges.begin_step()
+
+    @ti.kernel
+    def end_step(self):
+        """Dry friction slips."""
+        for t in range(self.nt):
+            self.friction.drag(t, self._edge_angles(t, 0))
 
     def begin_stage(self, v, ahead: float, beyond: float):
         """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
@@ -76,13 +90,16 @@ class MidEdge:
     @ti.func
     def _edge_moment(self, t: int, e: int, buffer: int):
         """Derivative of triangle t's energy with respect to its angle at edge e, and the edge's sign there."""
-        m = self.stiffness[t] @ self._edge_angles(t, buffer)
+        alpha = self._edge_angles(t, buffer)
+        m = self.stiffness[t] @ alpha
         moment = ti.cast(0.0, float)
         sign = 0
         for k in ti.static(range(3)):
             if self.triangle_edge[t][k] == e:
                 moment = m[k]
                 sign = self.edge_sign[t][k]
+        if ti.static(self.friction.present):
+            moment += self.friction.at_edge(t, e, alpha)[0]
         return moment, sign
 
     @ti.kernel
@@ -118,6 +135,12 @@ class MidEdge:
                     moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
                     total += self.hinges.share[e] * moment
                 self.hinges.moment[e] = total
+                if ti.static(self.friction.present):
+                    stuck = ti.cast(0.0, float)
+                    for side in range(2):
+                        t = self.hinge_triangle[e][side]
+                        stuck += self.friction.at_edge(t, e, self._edge_angles(t, 0))[1]
+                    self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
 
     @ti.func
     def force(self, i: int):
@@ -127,7 +150,10 @@ class MidEdge:
     @ti.func
     def block(self, e: int, i: int, j: int, inverse_dt: float):
         """Hessian block of hinge e between its roles i and j, edge rotations held (Gauss-Newton)."""
-        return self.hinges.block(e, i, j, self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt))
+        stiffness = self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt)
+        if ti.static(self.friction.present):
+            stiffness += self.friction.stuck[e]
+        return self.hinges.block(e, i, j, stiffness)
 
     @ti.func
     def energy(self, chunk: int, first: int, last: int):
@@ -137,6 +163,8 @@ class MidEdge:
         for t in range(first + low, first + high):
             alpha = self._edge_angles(t, 0)
             total += 0.5 * alpha.dot(self.stiffness[t] @ alpha)
+            if ti.static(self.friction.present):
+                total += self.friction.potential(t, alpha)
         return total
 
     @ti.func
@@ -151,8 +179,9 @@ class MidEdge:
 
     def state(self) -> dict[str, np.ndarray]:
         """What an evaluation starts from."""
-        return {"rotation": self.rotation.to_numpy()}
+        return {"rotation": self.rotation.to_numpy(), **self.friction.state()}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
         fields.upload(self.rotation, state["rotation"])
+        self.friction.restore(state)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from taichi_tryon.cloth.bending import triangle_stiffness
+from taichi_tryon.cloth.bending import stuck_stiffness, triangle_stiffness
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.mesh.topology import Topology
@@ -37,7 +37,7 @@ class Cloth:
     triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
     of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
     bending says which law is taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest,
-    tape_stiffness (k,) [N].
+    tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see ``Moduli``.
     """
 
     parts: tuple[Part, ...]
@@ -55,6 +55,8 @@ class Cloth:
     tapes: np.ndarray
     tape_lengths: np.ndarray
     tape_stiffness: np.ndarray
+    shear_friction: np.ndarray
+    bend_friction: np.ndarray
     edge_rate: tuple[float, float]
     bending: Bending = "mid_edge"
 
@@ -86,6 +88,7 @@ class Cloth:
             self,
             bend=np.where(rigid[:, None], 0.0, self.bend),
             edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness),
+            bend_friction=np.where(rigid[:, None], 0.0, self.bend_friction),
         )
 
     @property
@@ -119,11 +122,15 @@ class Cloth:
                     mesh.tapes.vertices + v,
                     mesh.tapes.lengths,
                     mesh.tapes.stiffness,
+                    np.full(nt, moduli.shear_friction),
+                    np.tile(moduli.bend_friction, (nt, 1)),
                 )
             )
             v, t, e = v + mesh.vertex_count, t + nt, e + ne
         arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
-        return Cloth(tuple(parts), *arrays, edge_rate=_edge_rate(arrays[8], arrays[7], arrays[10]), bending=bending)
+        stuck = arrays[10] + stuck_stiffness(*arrays[1:3], arrays[15])
+        edge_rate = _edge_rate(arrays[8], arrays[7], arrays[10], stuck)
+        return Cloth(tuple(parts), *arrays, edge_rate=edge_rate, bending=bending)
 
 
 def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:
@@ -141,18 +148,21 @@ def hat_gradients(rest: np.ndarray) -> np.ndarray:
     return np.stack([-edges[..., 1], edges[..., 0]], axis=-1) / twice_area[:, None, None]
 
 
-def _edge_rate(triangle_edges, hinge_triangles, stiffness) -> tuple[float, float]:
-    """Smallest and greatest eigenvalue of the edge rotations' system after scaling its diagonal to one."""
+def _edge_rate(triangle_edges, hinge_triangles, least, greatest) -> tuple[float, float]:
+    """Smallest and greatest eigenvalue of the edge rotations' system, from the ``least`` to the ``greatest`` stiffness
+    (nt, 3, 3) that it may have, after scaling by the diagonal of the greatest."""
     nt, ne = len(triangle_edges), len(hinge_triangles)
     signs = np.where(hinge_triangles[triangle_edges, 0] == np.arange(nt)[:, None], 1.0, -1.0)
-    values = stiffness * signs[:, :, None] * signs[:, None, :]
     i = np.repeat(triangle_edges[:, :, None], 3, axis=2)
     j = np.repeat(triangle_edges[:, None, :], 3, axis=1)
-    system = sp.csr_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=(ne, ne))
-    scale = sp.diags(1 / np.sqrt(system.diagonal()))
-    scaled = scale @ system @ scale
-    start = np.ones(ne)
-    greatest = dict(k=1, which="LA", v0=start, return_eigenvectors=False)
-    high = spla.eigsh(scaled, tol=1e-2, **greatest)[0]
-    low = spla.eigsh(2 * high * sp.identity(ne) - scaled, tol=1e-3, **greatest)[0]
+
+    def system(stiffness) -> sp.csr_matrix:
+        values = stiffness * signs[:, :, None] * signs[:, None, :]
+        return sp.csr_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=(ne, ne))
+
+    stiff = system(greatest)
+    scale = sp.diags(1 / np.sqrt(stiff.diagonal()))
+    options = dict(k=1, which="LA", v0=np.ones(ne), return_eigenvectors=False)
+    high = spla.eigsh(scale @ stiff @ scale, tol=1e-2, **options)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - scale @ system(least) @ scale, tol=1e-3, **options)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

@@ -106,6 +106,7 @@ class ImplicitStep:
             self.flight.keep(self)
             self.acceleration_known = inertia > 0.0
             self.contact.end_step()
+            self.elastic.end_step()
         else:
             self._restore()
         change = scheme.change(error, error_limit) if found else schemes.FAILED
@@ -188,6 +189,9 @@ class ImplicitStep:
         self.way.gone_from(self.x_start)
         self._restore()
         self.contact.end_step()
+        self.elastic.rub(False)
+        self.elastic.end_step()
+        self.elastic.rub(True)
         if schemes.SCHEMES[self.settings.scheme].order > 1:
             self.elastic.begin_stage(self.v, 0.0, 0.0)
             self._end_stage(0.0)
@@ -204,7 +208,7 @@ class ImplicitStep:
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "touched": self.flight.touched,
-            **self.elastic.bending.state(),
+            **self.elastic.state(),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -215,7 +219,7 @@ class ImplicitStep:
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
-        self.elastic.bending.restore(state)
+        self.elastic.restore(state)
 
     def place_held(self, targets: np.ndarray) -> None:
         """Where what is held shall be at the end of the next step: targets (nv, 3) [m]."""
