@@ -66,6 +66,7 @@ def _family(
     law: Bending = "mid_edge",
 ) -> Iterator[Record]:
     exact = reference or RIGIDITIES[cut] * GF_CM2_PER_CM
+    is_exact = reference is None and law == "mid_edge"
     errors, wall = [], 0.0
     where = {"bending": law, "cut": cut, "mesh": mesh, "gamma": gamma}
     for edge in edges:
@@ -74,12 +75,12 @@ def _family(
         errors.append(value / exact - 1)
         yield relative("cantilever", here, "equivalent_B", "uN m", 1e6 * value, 1e6 * exact, LIMITS[law][edge],
                        done.wall_s)  # fmt: skip
-        if reference is None:
+        if is_exact:
             (drop, reach), curve = end_of(done), tip(gamma)
             yield relative("cantilever", here, "drop_over_reach", "1", drop / reach, curve[0] / curve[1], CURVE_LIMIT,
                            done.wall_s)  # fmt: skip
         wall += done.wall_s
-    if len(edges) > 2 and law == "mid_edge" and reference is None:
+    if is_exact and len(edges) > 2:
         order = np.log(abs(errors[-2] / errors[-1])) / np.log(edges[-2] / edges[-1])
         yield at_least("cantilever", where, "order", "1", order, LEAST_ORDER, wall)
 
