@@ -14,6 +14,7 @@ import pytest
 from taichi_tryon import runtime
 from taichi_tryon.body.model import Body
 from taichi_tryon.body.spec import BodySpec
+from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.bands import Tapes
 from taichi_tryon.mesh.topology import Topology
@@ -66,6 +67,16 @@ def make_sheet():
         )
 
     return make
+
+
+@pytest.fixture(scope="session")
+def sheet(make_sheet):
+    return make_sheet(0.12, 0.1, 0.012)
+
+
+@pytest.fixture(scope="session")
+def cloth(sheet, moduli):
+    return Cloth.join([(sheet, moduli)])
 
 
 @pytest.fixture(scope="session")

@@ -254,10 +254,7 @@ class Constant:
         """A chunk's share of what internal friction does [J] in the triangles from ``first`` to before ``last``."""
         total = ti.cast(0.0, ti.f64)
         if ti.static(self.hinged):
-            low, high = fields.chunk_bounds(chunk, self.ne)
-            for e in range(low, high):
-                if first <= self.hinges.triangle[e] < last:
-                    total += self.hinges.drag_energy(e, inverse_dt)
+            total += self.hinges.drag_energy(chunk, inverse_dt, first, last)
         return total
 
     def state(self) -> dict[str, np.ndarray]:

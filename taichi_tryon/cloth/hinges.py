@@ -102,9 +102,14 @@ class Hinges:
         return self.stiffness[e] * self.tau[e] * inverse_dt * (self.angle[e] - self.angle_ref[e])
 
     @ti.func
-    def drag_energy(self, e: int, inverse_dt: float) -> float:
-        """What the drag does up to here [J]."""
-        return 0.5 * self.drag(e, inverse_dt) * (self.angle[e] - self.angle_ref[e])
+    def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):
+        """A chunk's share of what the drag does [J] in the triangles from ``first`` to before ``last``."""
+        total = ti.cast(0.0, ti.f64)
+        low, high = fields.chunk_bounds(chunk, self.count)
+        for e in range(low, high):
+            if first <= self.triangle[e] < last:
+                total += 0.5 * self.drag(e, inverse_dt) * (self.angle[e] - self.angle_ref[e])
+        return total
 
     @ti.func
     def force(self, i: int):

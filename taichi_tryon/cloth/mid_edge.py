@@ -170,12 +170,7 @@ class MidEdge:
     @ti.func
     def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):
         """A chunk's share of what internal friction does [J] in the triangles from ``first`` to before ``last``."""
-        total = ti.cast(0.0, ti.f64)
-        low, high = fields.chunk_bounds(chunk, self.ne)
-        for e in range(low, high):
-            if first <= self.hinges.triangle[e] < last:
-                total += self.hinges.drag_energy(e, inverse_dt)
-        return total
+        return self.hinges.drag_energy(chunk, inverse_dt, first, last)
 
     def state(self) -> dict[str, np.ndarray]:
         """What an evaluation starts from."""

@@ -4,17 +4,6 @@ import pytest
 import taichi as ti
 
 from taichi_tryon.cloth.elastic import Elastic
-from taichi_tryon.cloth.model import Cloth
-
-
-@pytest.fixture(scope="session")
-def sheet(make_sheet):
-    return make_sheet(0.12, 0.1, 0.012)
-
-
-@pytest.fixture(scope="session")
-def cloth(sheet, moduli):
-    return Cloth.join([(sheet, moduli)])
 
 
 @pytest.fixture(scope="session")

@@ -22,16 +22,6 @@ LAYERS = SimpleNamespace(stiffness=1e8, thickness=1e-3)
 
 
 @pytest.fixture(scope="session")
-def sheet(make_sheet):
-    return make_sheet(0.12, 0.1, 0.012)
-
-
-@pytest.fixture(scope="session")
-def cloth(sheet, moduli):
-    return Cloth.join([(sheet, moduli)])
-
-
-@pytest.fixture(scope="session")
 def contact():
     return CONTACT
 
