@@ -114,8 +114,8 @@ def test_the_matrix_holds_the_stiffness_of_shear_where_it_sticks(rubbing, strip,
     rubbing.elastic.evaluate(0.0)
     stuck = np.abs(rubbing.elastic.strain.to_numpy()[:, 2]) < rubbing.elastic.friction.reach
     assert 0.2 < stuck.mean() < 0.8
-    rubbing.matrix.assemble(0.0, exact=True)
-    found = (as_sparse(rubbing.matrix) @ direction.ravel()).reshape(-1, 3)
+    rubbing.potential.matrix.assemble(0.0, exact=True)
+    found = (as_sparse(rubbing.potential.matrix) @ direction.ravel()).reshape(-1, 3)
     assert found == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
 
 
@@ -124,8 +124,8 @@ def test_bending_blocks_are_no_softer_than_a_strip_that_sticks(rubbing, strip, m
     forces = make_forces(rubbing)
     forces.at(level)
     rubbing.elastic.begin_step()
-    rubbing.matrix.assemble(0.0)
-    matrix = as_sparse(rubbing.matrix)
+    rubbing.potential.matrix.assemble(0.0)
+    matrix = as_sparse(rubbing.potential.matrix)
     for seed in range(3):
         w = np.zeros_like(level)
         w[:, 1] = np.random.default_rng(seed).normal(size=len(w))
