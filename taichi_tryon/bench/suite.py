@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -138,8 +138,3 @@ def _line(record: Record) -> str:
     judged = "" if record.limit is None else "met" if record.passes else "MISSED"
     error = "" if record.error_percent is None else f" ({record.error_percent:+.3g} %)"
     return f"{record.case} {_parameters(record)}: {record.quantity} {record.value:.6g}{error} {judged}".rstrip()
-
-
-def records_of(suite: str, case: str, quick: bool = True) -> Iterator[Record]:
-    """The records of one case; Taichi runs already, in f64."""
-    yield from _module(suite, case).records(quick)

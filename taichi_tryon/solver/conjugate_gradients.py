@@ -88,10 +88,11 @@ class ConjugateGradients:
             self.gamma[None] = gamma
         for i in range(self.nv):
             if self.going[None] == 1:
-                self.p[i] = self.z[i] + self.beta[None] * self.p[i]
-                self.ap[i] = self.az[i] + self.beta[None] * self.ap[i]
-                self.d[i] += self.step[None] * self.p[i]
-                self.r[i] -= self.step[None] * self.ap[i]
+                beta, step = ti.cast(self.beta[None], float), ti.cast(self.step[None], float)
+                self.p[i] = self.z[i] + beta * self.p[i]
+                self.ap[i] = self.az[i] + beta * self.ap[i]
+                self.d[i] += step * self.p[i]
+                self.r[i] -= step * self.ap[i]
 
     def solve(self, tolerance: float, max_iterations: int, reach: float, refresh: bool = True) -> tuple[int, float]:
         """Solve for ``d``; returns iterations and the reached sqrt(r^T z) relative to that of b.

@@ -29,7 +29,7 @@ FIGURES: dict[str, tuple[str, str, Callable[[Outcome], float]]] = {
 
 def records(quick: bool) -> Iterator[Record]:
     """Each figure in f32 against f64, and what residual was reached. Taichi is left running in f64."""
-    for name in ("uniaxial", "cantilever") if quick else FIGURES:
+    for name in ("uniaxial",) if quick else FIGURES:
         quantity, unit, figure = FIGURES[name]
         found = {}
         for precision in ("f32", "f64"):
