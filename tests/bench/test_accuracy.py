@@ -11,8 +11,8 @@ import pytest
 from taichi_tryon.bench.suite import SUITES
 
 PROJECT = Path(__file__).parents[2]
-# too long for any quick value; its reference is tested in test_references.py, its laws in cantilever and swing
-LONG = ("lateral_buckling",)
+# too long for any quick value; their references are tested in test_references.py
+LONG = ("capstan", "lateral_buckling")
 
 
 @pytest.fixture(scope="module")
