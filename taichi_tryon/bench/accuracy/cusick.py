@@ -75,7 +75,9 @@ def _drape(where: dict, edge: float, heights=HEIGHTS_MM, *overrides: str) -> Ite
         coefficients.append(coefficient)
         wall += done.wall_s
     mean = float(np.mean(coefficients))
-    yield absolute("cusick", {**where, "starts": len(heights)}, "drape_coefficient", "%", mean, EXPECTED, BAND, wall)
+    # another fabric may drape otherwise
+    band = None if overrides else BAND
+    yield absolute("cusick", {**where, "starts": len(heights)}, "drape_coefficient", "%", mean, EXPECTED, band, wall)
     return mean
 
 
