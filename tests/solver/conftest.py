@@ -186,3 +186,21 @@ def start(two_sheets):
         return step
 
     return put
+
+
+@pytest.fixture(scope="session")
+def assert_no_softer():
+    """Compares a matrix with the force it stands for where level cloth at ``x`` is moved up and down by ``eps`` [m]."""
+
+    def check(matrix, forces, x, eps, sweeps):
+        for seed in range(3):
+            w = np.zeros_like(x)
+            w[:, 1] = np.random.default_rng(seed).normal(size=len(w))
+            for _ in range(sweeps):  # the edge rotations' iteration goes on from call to call
+                force = forces.at(x + eps * w)
+            true = -(force * w).sum() / eps
+            assembled = w.ravel() @ (matrix @ w.ravel())
+            assert true <= assembled * (1 + 1e-4)
+            assert assembled < 6 * true
+
+    return check
