@@ -19,6 +19,8 @@ NEWTON_BAND = 0.02
 NEWTON_STEPS = 5
 DEEP_STEPS = 12
 """Newton steps for points deeper than LONGEST_STEP."""
+FARTHEST = 1e3
+"""No scene is wider [m]."""
 TOLERANCE = 1e-5
 """A Newton step shorter than this [m] is the last; what is left is a third of it at most."""
 
@@ -28,7 +30,8 @@ class BodyField:
     """Taichi fields of one body. Make it once after Taichi has started, then ``set_pose`` as often as the body moves.
 
     ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
-    ``margin``: a density with compact support knows no distance there.
+    ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
+    in all: between two moments no point of it has gone further than the difference.
     """
 
     def __init__(self, body: Body, margin: float = 0.0):
@@ -57,6 +60,8 @@ class BodyField:
         self.member = tables.scalars((balls.membership << np.arange(self.groups)).sum(axis=1))  # bit g: adds to group g
         self.bounded = tables.scalars(bounded.all(axis=1))
         tables.fill()
+        self.travelled = 0.0
+        self._balls: Balls | None = None
         self._now: np.ndarray | None = None
         self._shifts: np.ndarray | None = None
 
@@ -76,6 +81,8 @@ class BodyField:
             parts = (balls.centers, balls.axes, balls.quadratics, shift)
             self._pose_balls(fields.cast(np.hstack([part.reshape(self.count, -1) for part in parts])))
             if moved:
+                self.travelled += _travel(self._balls, balls)
+                self._balls = balls
                 self._place_grid(balls)
                 self._fill_cells()
         self._now, self._shifts = transforms, shifts
@@ -284,3 +291,13 @@ class BodyField:
         if total > 0:
             result = blend / total
         return result
+
+
+def _travel(before: Balls | None, after: Balls) -> float:
+    """Bound [m] of how far any point within the balls went."""
+    if before is None:
+        return 0.0
+    turn = np.linalg.norm(after.axes - before.axes, axis=1)
+    # what reaches to infinity goes far where it turns
+    arc = np.where(turn > 0, turn * np.minimum(after.radii, FARTHEST), 0.0).sum(axis=1)
+    return float((np.linalg.norm(after.centers - before.centers, axis=1) + arc).max())

@@ -22,6 +22,8 @@ from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
+# part of the way to the skin that a sample may go before it is looked at again
+ASLEEP = 0.5
 # depth, in contact thicknesses, from which the pressure grows linearly
 STIFF = 3.0
 # cloth further off the body than this is not carried along with it [m]
@@ -53,6 +55,10 @@ class BodyContact:
         self.depth = ti.field(float, shape=self.count)
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=self.count) for _ in range(4))
         self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
+        # where a sample was last looked at, and how far it and the body together may go until it is looked at again
+        self.seen = ti.Vector.field(3, float, shape=self.count)
+        self.until = ti.field(float, shape=self.count)
+        self.until.fill(-1.0)
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
@@ -110,21 +116,29 @@ class BodyContact:
             if share > 0.0:
                 self.x[i] += share * self.body.motion(self.x[i], winner)
 
-    @ti.kernel
     def evaluate(self):
-        """Depth, normal and tangential displacement of every sample at the present positions, and its force."""
+        """Depth, normal and tangential displacement of every sample at the present positions, and its force.
+
+        What is far off sleeps: it is not looked at until it, or the body, could have come near.
+        """
+        self._evaluate(self.body.travelled)
+
+    @ti.kernel
+    def _evaluate(self, travelled: float):
         for s in range(self.count):
             point = self._at(self.x, s)
-            gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
-            depth = ti.max(self.thickness[None] - gap, 0.0)
-            self.depth[s] = depth
-            if depth > 0.0:
-                self.normal[s] = normal
-                path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
-                self.drag[s] = path - normal * normal.dot(path)
-                self._respond(s)
-            else:
-                self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+            if (point - self.seen[s]).norm() + travelled >= self.until[s]:
+                gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
+                depth = ti.max(self.thickness[None] - gap, 0.0)
+                self.depth[s], self.seen[s] = depth, point
+                self.until[s] = travelled + ASLEEP * (gap - self.thickness[None] - BAND)
+                if depth > 0.0:
+                    self.normal[s] = normal
+                    path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
+                    self.drag[s] = path - normal * normal.dot(path)
+                    self._respond(s)
+                else:
+                    self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     @ti.kernel
     def bind(self, first: int, ahead: float):

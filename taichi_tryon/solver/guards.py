@@ -19,7 +19,7 @@ def stay_apart(layers, linear, clock, longest_move: float, aim: Callable[[float,
             return True
     longest = min(longest_move, NEAR * layers.edge_length)
     finite = aim(longest, False)
-    stiffness = STIFFNESS * float(linear.stiffness_sum.to_numpy().sum()) / linear.nv
+    stiffness = STIFFNESS * float(linear.matrix.stiffness.to_numpy().mean())
     for _ in range(ROUNDS):
         with clock("contact"):
             first = layers.count

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichi_tryon.solver import guards
-from taichi_tryon.solver.coarse import CoarseSpace
+from taichi_tryon.solver.coarse import MOST_PATCHES, VERTICES_PER_PATCH, CoarseSpace
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
+from taichi_tryon.solver.local import LocalBlocks
+from taichi_tryon.solver.partition import blocks, patches
 from taichi_tryon.solver.potential import Potential
 from taichi_tryon.solver.settings import StepSettings
 from taichi_tryon.solver.way import Way
@@ -20,6 +22,8 @@ LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 # below this residual, where a step is to be solved further, the membrane's Hessian is taken as it is, compression and
 # all: without it, wrinkles are stiffer in the matrix than in truth and take twice as many iterations
 EXACT_BELOW = 1e-3
+# vertices of a local block of the preconditioner
+LOCAL_SIZE = 8
 # Newton iterations that share a coarse space
 REFRESH = 2
 
@@ -40,10 +44,7 @@ class Newton:
 
     def __init__(self, cloth, potential: Potential, way: Way, preconditioner: str, clock):
         self.potential, self.way, self.layers, self.clock = potential, way, potential.layers, clock
-        coarse, self.reach = None, 1.0
-        if preconditioner == "coarse":
-            coarse, self.reach = CoarseSpace.over(cloth, potential.matrix, potential.x)
-        self.linear = ConjugateGradients(potential.matrix, coarse)
+        self.linear = _linear(cloth, potential, preconditioner)
         self.settings: StepSettings | None = None
         self.solution = Solution()
         self._exact = False
@@ -79,7 +80,7 @@ class Newton:
         """Compile every kernel that Newton's method takes, where the cloth is at rest; it stays there."""
         self.potential.value()
         self.potential.assemble(exact=False)
-        self.linear.solve(0.5, 1, self.reach)
+        self.linear.solve(0.5, 1)
         self.way.aim(self.linear.d, 1e-6)
         if self.layers is not None:
             self.layers.compile(self.linear.b)
@@ -94,7 +95,7 @@ class Newton:
     def _solve(self, refresh: bool) -> None:
         """Newton's direction d from the matrix as it is, or where that is not positive definite from one that is."""
         s = self.settings
-        iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, self.reach, refresh)
+        iterations, _ = self.linear.solve(s.linear_tolerance, s.max_linear_iterations, refresh)
         self.solution.linear_iterations += iterations
         if self._exact and self.linear.indefinite[None] == 1:
             self._assemble(exact=False)
@@ -158,3 +159,14 @@ class Newton:
         self.way.go(share)
         self.potential.evaluate()
         return self.potential.value()
+
+
+def _linear(cloth, potential: Potential, preconditioner: str) -> ConjugateGradients:
+    """The linear solver for a Cloth as it lies at the start."""
+    matrix, nv = potential.matrix, cloth.vertex_count
+    if preconditioner == "block_jacobi":
+        return ConjugateGradients(matrix, LocalBlocks(matrix, np.arange(nv), 1))
+    patch = patches(cloth, int(np.clip(nv // VERTICES_PER_PATCH, 1, MOST_PATCHES)))
+    reach = float(np.sqrt(cloth.areas.sum() / (patch.max() + 1)))
+    local = LocalBlocks(matrix, blocks(potential.x.to_numpy(), patch, LOCAL_SIZE), LOCAL_SIZE)
+    return ConjugateGradients(matrix, local, CoarseSpace(matrix, potential.x, patch, reach))

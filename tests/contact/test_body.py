@@ -29,6 +29,23 @@ def test_off_the_body_nothing_is_felt(felt, flat, law):
     assert np.abs(felt.total.to_numpy()).max() == 0 and np.abs(felt.part.to_numpy()).max() == 0
 
 
+def test_what_sleeps_feels_what_it_would_feel_awake(felt, flat, law):
+    """The piece comes down from 20 cm by millimetres, and lifts off again."""
+    field, heights = felt.law.body, np.r_[np.arange(0.2, 0.0, -3e-3), law.thickness - DEPTH, np.arange(0.0, 0.2, 3e-3)]
+    felt.start(flat(heights[0]))
+    asleep = 0
+    for height in heights:
+        before = felt.law.seen.to_numpy()
+        felt.at(flat(height))
+        asleep += (felt.law.seen.to_numpy() == before).all()
+        depth, load = felt.law.depth.to_numpy(), felt.law.load.to_numpy()
+        felt.law.until.fill(-1.0)
+        felt.at(flat(height))
+        assert np.array_equal(depth, felt.law.depth.to_numpy()) and np.array_equal(load, felt.law.load.to_numpy())
+    assert field.travelled == 0.0
+    assert asleep > 0.5 * len(heights)
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_force_is_minus_the_gradient_of_the_energy(felt, flat, law, friction):
     """With friction's stiffness and limit held, as within a Newton iteration."""
