@@ -12,11 +12,12 @@ from pathlib import Path
 
 import taichi as ti
 
-from taichi_tryon import kernel_sources
+from taichi_tryon import kernel_launches, kernel_sources
 from taichi_tryon.errors import InputError
 
 # before the modules with kernels are read
 kernel_sources.read_faster()
+kernel_launches.launch_faster()
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
-    travelled = 0.0
+    travelled, unreached = 0.0, np.inf
 
     def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
         """There is nothing to move."""

@@ -31,8 +31,11 @@ class BodyField:
 
     ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
-    in all: between two moments no point of it has gone further than the difference.
+    in all: between two moments no point of it has gone further than the difference. ``unreached`` [m] is the least
+    distance that is known where no ball reaches: none.
     """
+
+    unreached = 0.0
 
     def __init__(self, body: Body, margin: float = 0.0):
         balls = body.balls

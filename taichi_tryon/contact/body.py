@@ -131,7 +131,8 @@ class BodyContact:
                 gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
                 depth = ti.max(self.thickness[None] - gap, 0.0)
                 self.depth[s], self.seen[s] = depth, point
-                self.until[s] = travelled + ASLEEP * (gap - self.thickness[None] - BAND)
+                known = gap if normal.any() else self.body.unreached
+                self.until[s] = travelled + ASLEEP * (known - self.thickness[None] - BAND)
                 if depth > 0.0:
                     self.normal[s] = normal
                     path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
@@ -139,6 +140,12 @@ class BodyContact:
                     self._respond(s)
                 else:
                     self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+
+    @ti.func
+    def room(self, i: int, travelled: float) -> float:
+        """How far vertex i may go at least [m] before it could touch the body; 0 where that is not known."""
+        # the first samples are the vertices
+        return ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
 
     @ti.kernel
     def bind(self, first: int, ahead: float):

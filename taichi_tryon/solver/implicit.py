@@ -58,7 +58,7 @@ class ImplicitStep:
         self.potential = Potential(self.x, cloth.masses, free, gravity, laws, tables, clock)
         tables.fill()
         self.mass, self.free, self.gravity = self.potential.mass, self.potential.free, self.potential.gravity
-        self.way = Way(self.x, self.path, self.layers, clock)
+        self.way = Way(self.x, self.path, self.contact, self.layers, clock)
         self.newton = Newton(cloth, self.potential, self.way, settings.preconditioner, clock)
         self.flight = FreeFlight(cloth)
         self.sums = fields.sums(2)

@@ -55,6 +55,8 @@ class Newton:
         phi, self.settings = self.potential, settings
         s = self.solution = Solution()
         phi.begin(inverse_dt, ahead)
+        if ahead > 0.0 and self.layers is None:
+            self._coast(ahead)
         s.residual, progress = self.slope()[0], False
         while s.newton_iterations < settings.max_newton_iterations:
             before = phi.value()
@@ -71,6 +73,16 @@ class Newton:
                 break
         s.found = bool(np.isfinite(s.residual) and (progress or s.residual <= settings.tolerance))
         return s
+
+    def _coast(self, ahead: float) -> None:
+        """Begin at x_hat, where the cloth goes if nothing pulls at it, if Phi is less there: what swings along turns
+        so far in a step that the direction from its start leads astray."""
+        here = self.potential.value()
+        share = self.way.toward(self.potential.x_hat, self.potential.free, self.settings.longest_move)
+        if self._look(share) < here:
+            self.potential.bind(ahead)
+        else:
+            self._look(0.0)
 
     def slope(self) -> tuple[float, float]:
         """Take -grad Phi for the right-hand side; see ``Potential.gather``."""
@@ -150,8 +162,7 @@ class Newton:
             share *= 0.5
         if rise <= tolerated * self.potential.stored():
             return True
-        self.way.go(0.0)
-        self.potential.evaluate()
+        self._look(0.0)
         return False
 
     def _look(self, share: float) -> float:

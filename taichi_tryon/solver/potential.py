@@ -39,10 +39,10 @@ class Potential:
         self.inverse_dt = 0.0
 
     def begin(self, inverse_dt: float, ahead: float) -> None:
-        """A stage begins where the cloth is, ``ahead`` [s] of which friction looks ahead; see ``BodyContact.bind``."""
+        """A stage begins where the cloth is, ``ahead`` [s] of which friction looks ahead."""
         self.inverse_dt = inverse_dt
         self.evaluate()
-        self._bind(1, ahead)
+        self.bind(ahead)
 
     def evaluate(self) -> None:
         """Look at the laws where the cloth is."""
@@ -52,13 +52,11 @@ class Potential:
             if self.layered:
                 self.layers.evaluate()
 
-    def bind(self) -> None:
-        """Let contact be stiff, and slip, as it does where last evaluated."""
-        self._bind(0, 0.0)
-
-    def _bind(self, first: int, ahead: float) -> None:
+    def bind(self, ahead: float | None = None) -> None:
+        """Let contact be stiff, and slip, as it does where last evaluated; at the beginning of a stage friction looks
+        ``ahead`` [s], see ``BodyContact.bind``."""
         with self.clock("contact"):
-            self.contact.bind(first, ahead)
+            self.contact.bind(int(ahead is not None), ahead or 0.0)
             if self.layered:
                 self.layers.bind()
 

@@ -10,11 +10,12 @@ HUGE = 1e300
 
 @ti.data_oriented
 class Way:
-    """Moves the cloth ``x`` from a ``base`` along ``path``; ``layers``, a ClothContact over the same path or None,
-    shortens it where cloth would meet cloth, which the ``clock`` counts to contact."""
+    """Moves the cloth ``x`` from a ``base`` along ``path``. ``contact``, a BodyContact, knows how far the body is;
+    ``layers``, a ClothContact over the same path or None, shortens it where cloth would meet cloth, which the ``clock``
+    counts to contact."""
 
-    def __init__(self, x, path, layers, clock):
-        self.x, self.path, self.layers, self.clock, self.nv = x, path, layers, clock, x.shape[0]
+    def __init__(self, x, path, contact, layers, clock):
+        self.x, self.path, self.contact, self.layers, self.clock, self.nv = x, path, contact, layers, clock, x.shape[0]
         self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
         self.peaks = fields.sums(1)
 
@@ -39,15 +40,27 @@ class Way:
         return self.peak(self.path)
 
     def aim(self, direction, longest_move: float) -> bool:
-        """Start along a ``direction``, no vertex further than ``longest_move`` [m], and look who may meet there;
-        whether the direction is finite."""
-        longest = self.peak(direction)
-        if not np.isfinite(longest):
+        """Start along a ``direction``, no vertex that is near the body further than ``longest_move`` [m], and look who
+        may meet there; whether the direction is finite."""
+        share = self._share(direction, longest_move)
+        if share == 0.0:
             return False
-        self._aim(min(1.0, longest_move / max(longest, 1e-30)), direction)
+        self._aim(share, direction)
         if self.layers is not None:
             self._look_ahead()
         return True
+
+    def toward(self, goal, free, longest_move: float) -> float:
+        """Start to a ``goal`` along what is ``free``; the share of the way in which no vertex that is near the body
+        goes further than ``longest_move`` [m], 0 where the goal is not finite."""
+        self._toward(goal, free)
+        return self._share(self.path, longest_move)
+
+    def _share(self, vectors, longest_move: float) -> float:
+        """The share of a field of vectors that may be gone at once, 0 where one is not finite."""
+        self._find_excess(vectors, self.peaks, longest_move, self.contact.body.travelled)
+        excess = float(self.peaks.max())
+        return min(1.0, 1.0 / max(excess, 1e-30)) if excess < HUGE else 0.0
 
     def keep_apart(self, alike: bool = False) -> None:
         """Shorten the path where cloth would meet cloth; see ``ClothContact.keep_apart``."""
@@ -78,6 +91,20 @@ class Way:
             peaks[chunk, 0] = peak
 
     @ti.kernel
+    def _find_excess(self, vectors: ti.template(), excesses: ti.types.ndarray(), longest: float, travelled: float):
+        """Lengths over those that may be gone."""
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            peak = ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                room = ti.max(longest, self.contact.room(i, travelled))
+                excess = ti.cast(vectors[i].norm() / room, ti.f64)
+                if not excess < HUGE:
+                    excess = HUGE
+                peak = ti.max(peak, excess)
+            excesses[chunk, 0] = peak
+
+    @ti.kernel
     def _keep_base(self):
         for i in range(self.nv):
             self.base[i] = self.x[i]
@@ -104,6 +131,11 @@ class Way:
     def _aim(self, share: float, direction: ti.template()):
         for i in range(self.nv):
             self.base[i], self.path[i] = self.x[i], share * direction[i]
+
+    @ti.kernel
+    def _toward(self, goal: ti.template(), free: ti.template()):
+        for i in range(self.nv):
+            self.base[i], self.path[i] = self.x[i], free[i] * (goal[i] - self.x[i])
 
     @ti.kernel
     def go(self, part: float):
