@@ -1,8 +1,8 @@
-"""What is computed: a scene of ``configs/validation`` in a size and a fabric."""
+"""What is computed: a scene in a size and a fabric."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 FABRICS = {name: f"configs/fabrics/{name}.yaml" for name in ("table1", "isotropic")}
 """Our measured fabric, and one that simulators of isotropic sheets can express."""
@@ -12,8 +12,9 @@ FRAME = 1 / 60
 
 @dataclass(frozen=True)
 class Problem:
-    """A square sheet of ``count`` x ``count`` vertices and a ``side`` [m] for a ``duration`` [s]; ``ball`` is the
-    radius [m] of the ball around the origin that it falls on, if any. Positions are compared at ``moment`` [s]."""
+    """A square sheet of ``count`` x ``count`` vertices and a ``side`` [m] falls for a ``duration`` [s]; ``ball`` is the
+    radius [m] of the ball around the origin that it falls on, if any. Positions are compared at ``moment`` [s], a whole
+    number of frames, the fall until ``compared`` [s]."""
 
     scene: str
     side: float
@@ -22,6 +23,12 @@ class Problem:
     duration: float
     ball: float | None = None
     moment: float = 0.5
+    compared: float = 0.5
+
+    @property
+    def to_compare(self) -> Problem:
+        """As much of it as is compared."""
+        return replace(self, duration=self.compared)
 
     @property
     def overrides(self) -> tuple[str, ...]:

@@ -13,10 +13,10 @@ from taichi_tryon.output.maps import strains
 
 @dataclass(frozen=True)
 class Track:
-    """A run of nf frames. lowest (nf,) [m]: height of the lowest vertex; strain (nf,): size of the strain along warp or
+    """A run of nf frames, or, with nf = 1, a way to rest. lowest (nf,) [m]: height of the lowest vertex; strain (nf,): size of the strain along warp or
     weft below which 99 % of the triangles are; depth (nf,) [m]: of the deepest point inside the body. positions (nv, 3)
     [m] are those at the moment that is compared. cpu_s and wall_s [s] were spent on so many ``frames``, the first step
-    not counted."""
+    not counted, or on all of the way to rest, whose ``frames`` are 1."""
 
     positions: np.ndarray
     lowest: np.ndarray
@@ -61,10 +61,14 @@ class Tracker:
         return ends + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
 
     def _look(self, positions: np.ndarray) -> tuple[float, float, float]:
-        stretch = strains(positions, self.cloth.triangles, self.cloth.gradients)
-        worst = max(np.percentile(np.abs(stretch[f"strain_{way}_percent"]), 99) for way in ("warp", "weft")) / 100
         depth = 0.0 if self.ball is None else max(0.0, self.ball - _nearest(positions[self.cloth.triangles]).min())
-        return float(positions[:, 1].min()), float(worst), float(depth)
+        return float(positions[:, 1].min()), stretched(positions, self.cloth), float(depth)
+
+
+def stretched(positions: np.ndarray, cloth: Cloth) -> float:
+    """Size of the strain below which 99 % of the triangles are, along warp or weft, whichever is greater."""
+    found = strains(positions, cloth.triangles, cloth.gradients)
+    return max(float(np.percentile(np.abs(found[f"strain_{way}_percent"]), 99)) for way in ("warp", "weft")) / 100
 
 
 def _nearest(corners: np.ndarray) -> np.ndarray:
