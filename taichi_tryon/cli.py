@@ -107,7 +107,10 @@ def view(
 
 @app.command()
 def bench(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="accuracy: exact cases; pareto: error against time; cost: where time goes")],
+    suite: Annotated[
+        str,
+        typer.Argument(metavar="SUITE", help="accuracy: exact cases; pareto: error against time; cost: where it goes"),
+    ],
     quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,
     case: Annotated[list[str], typer.Option("--case", help="Only this case of the suite. Repeatable.")] = [],  # noqa: B006
     output: Annotated[Path | None, typer.Option(help="Output folder; without it, outputs/bench.")] = None,

@@ -1,7 +1,8 @@
-"""Time of asking the body for its gap, against the number of balls that fill the same volume.
+"""Time of asking the body for its gap, against the number of balls that make up the same volume.
 
-A block of 0.4 m x 1.6 m x 0.4 m is filled with ever more, ever smaller balls; gaps are asked for within 5 mm of its
-skin, where cloth asks. A query looks at the balls of its cell only. The limit is our own.
+A block about four times as high as wide is made of ever more, ever smaller balls on a grid, each as large in its
+spacing as the others; gaps are asked for within 5 mm of its skin, where cloth asks. A query looks at the balls of its
+cell only. The limit is our own.
 """
 
 import time
@@ -19,16 +20,18 @@ from taichi_tryon.body.spec import BodySpec
 from taichi_tryon.body.surface import surface_mesh
 from taichi_tryon.units import CM
 
-COUNTS = (25, 50, 100, 200, 400)
-SIZE = np.array([0.4, 1.6, 0.4])
+GRIDS = ((2, 6, 2), (3, 6, 3), (3, 11, 3), (4, 12, 4), (5, 16, 5))
+"""Balls along x, y, z: 24 to 400 of them."""
+SIZE, VOLUME = np.array([0.4, 1.6, 0.4]), 0.256
 REACH, WEIGHT = 1.3, 4.0
-"""Radius of the balls in their spacing, which lets them fuse, and their density."""
+"""Radii of the balls in their spacing, which lets them fuse, and their density."""
 TIMES, POINTS, REPEATS = 1.5, 20_000, 10
+SPACING = 0.02
 
 
 def records(quick: bool) -> Iterator[Record]:
     """Time a query for every number of balls, and the greatest against the least number's."""
-    times = {count: apart(measured, count) for count in (COUNTS[::4] if quick else COUNTS)}
+    times = {int(np.prod(grid)): apart(measured, grid) for grid in (GRIDS[::4] if quick else GRIDS)}
     for count, seconds in times.items():
         yield told("balls", {"balls": count}, "query", "us", 1e6 * seconds, seconds)
     first, last = min(times), max(times)
@@ -36,38 +39,37 @@ def records(quick: bool) -> Iterator[Record]:
     yield absolute("balls", {"from": first, "to": last}, "query_times", "1", growth, 0.0, TIMES, sum(times.values()))
 
 
-def measured(count: int) -> float:
+def measured(grid: tuple[int, int, int]) -> float:
     """Start Taichi; seconds a query."""
     runtime.start("cpu")
-    return query(filled(count))
+    return query(block(grid))
 
 
-def filled(count: int) -> Body:
-    """The block filled with about so many balls: at most ``count``, on a grid as nearly cubic as can be."""
-    shape = min(_shapes(count), key=lambda shape: (abs(np.prod(shape) - count), np.ptp(np.log(SIZE / shape))))
-    centers = np.stack(np.meshgrid(*((np.arange(n) + 0.5) / n - 0.5 for n in shape), indexing="ij"), -1).reshape(-1, 3)
-    radius = REACH * float((SIZE / shape).max()) / CM
-    shared = {"radii_cm": [radius] * 3, "weight": WEIGHT, "groups": ["block"], "bones": {"root": 1.0}}
-    balls = {f"ball_{k}": {"center_cm": (c * SIZE / CM).tolist(), **shared} for k, c in enumerate(centers)}
+def block(grid: tuple[int, int, int]) -> Body:
+    """The block made of a grid of balls, of the same volume whatever the grid."""
+    return _block(grid, (VOLUME / volume(_block(grid, 1.0))) ** (1 / 3))
+
+
+def volume(body: Body) -> float:
+    """What the skin encloses [m^3], by the divergence theorem."""
+    vertices, triangles = surface_mesh(body.posed(np.eye(4)[None]), SPACING)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def _block(grid: tuple[int, int, int], scale: float) -> Body:
+    spacing = scale * SIZE / grid / CM
+    places = np.stack(np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in grid), indexing="ij"), -1).reshape(-1, 3)
+    shared = {"radii_cm": (REACH * spacing).tolist(), "weight": WEIGHT, "groups": ["block"], "bones": {"root": 1.0}}
+    balls = {f"ball_{k}": {"center_cm": (place * spacing).tolist(), **shared} for k, place in enumerate(places)}
     bones = {"root": {"parent": None, "head_cm": [0.0, 0.0, 0.0]}}
-    return Body.from_spec(BodySpec.model_validate({"name": "block", "bones": bones, "groups": ["block"], "balls": balls}))
-
-
-def _shapes(count: int) -> list[np.ndarray]:
-    """Grids of up to so many points whose spacings are nearest to each other."""
-    found = []
-    for across in range(1, count + 1):
-        along = round(across * SIZE[1] / SIZE[0])
-        for n in (along - 1, along, along + 1):
-            for depth in (across, across + 1):
-                if n > 0 and across * n * depth <= count:
-                    found.append(np.array([across, n, depth]))
-    return found
+    made = {"name": "block", "bones": bones, "groups": ["block"], "balls": balls}
+    return Body.from_spec(BodySpec.model_validate(made))
 
 
 def query(body: Body, points: int = POINTS) -> float:
     """Seconds to ask a body for the gap of one point near its skin, the shortest of REPEATS runs over all points."""
-    skin, _ = surface_mesh(body.posed(np.eye(4)[None]), 0.02)
+    skin, _ = surface_mesh(body.posed(np.eye(4)[None]), SPACING)
     rng = np.random.default_rng(0)
     near = rng.choice(skin, points) + rng.uniform(-5e-3, 5e-3, (points, 3))
     field = BodyField(body)

@@ -15,7 +15,12 @@ from taichi_tryon.bench.record import Record
 from taichi_tryon.bench.simulate import scene_path
 
 EDGES_MM = (5.0, 2.5, 1.25)
-EXACT = ("settle.residual=1e-7", "solver.newton_tolerance=1e-6", "solver.linear_tolerance=1e-3", "settle.max_steps=2000")
+EXACT = (
+    "settle.residual=1e-7",
+    "settle.max_steps=2000",
+    "solver.newton_tolerance=1e-6",
+    "solver.linear_tolerance=1e-3",
+)
 TWICE = ("settle.residual=1e-6",)
 
 

@@ -22,10 +22,8 @@ UNIT = "ms a frame"
 
 def solver(**values: float | str) -> Setting:
     """Values of a scene's ``solver``."""
-    return Setting(
-        ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in values.items()),
-        tuple(f"solver.{key}={value}" for key, value in values.items()),
-    )
+    named = (f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in values.items())
+    return Setting(", ".join(named), tuple(f"solver.{key}={value}" for key, value in values.items()))
 
 
 SETTINGS = (

@@ -1,9 +1,9 @@
 """A square sheet, held by two corners, swings down from the level.
 
-Reference: our own solution with TR-BDF2, 1/480 s and tight tolerances (``reference.py``), on the same mesh; the order of
-figures is that of a stiff pendulum with waves of stretch in it, so a step of 1/60 s errs by centimetres.
+Reference: our own solution with TR-BDF2, 1/480 s and tight tolerances (``reference.py``), on the same mesh. It is a
+stiff pendulum with waves of stretch in it: a step of 1/60 s errs by centimetres.
 With ``--peers``, MuJoCo solves the same mesh with the same masses: as the isotropic fabric, which both can express, and
-our measured one, for which it takes the mean of warp and weft and 15 times the shear rigidity.
+as our measured one, for which it takes the mean of warp and weft and 15 times the shear rigidity.
 Limit: at no greater error, ten times faster than any of its settings.
 """
 

@@ -1,8 +1,8 @@
 """A problem in MuJoCo: a flex of the same triangles and masses, integrated by ``discrete``, implicit in positions.
 
-MuJoCo's sheet is isotropic: a membrane of Young's modulus E and thickness t, stretch rigidity E t, and hinges of bending
-rigidity E t^3 / 12, without Poisson effect. E and t follow from the means over warp and weft of a fabric's rigidities;
-its shear rigidity is then half the stretch rigidity, whatever the fabric's own.
+MuJoCo's sheet is isotropic: a membrane of Young's modulus E and thickness t, stretch rigidity E t, and hinges of
+bending rigidity E t^3 / 12, without Poisson effect. E and t follow from the means over warp and weft of a fabric's
+rigidities; its shear rigidity is then half the stretch rigidity, whatever the fabric's own.
 Source: MuJoCo 4.0 documentation, XML reference, flex/elasticity; Computation, numerical integration.
 """
 

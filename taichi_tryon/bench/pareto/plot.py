@@ -10,8 +10,11 @@ from taichi_tryon.bench.pareto.compare import COSTS
 from taichi_tryon.bench.record import Record
 from taichi_tryon.output.frames import replace_atomically
 
-ERRORS = {"position_error": "distance to the converged solution [mm]", "strain_p99_at_end": "strain, p99 at the end [%]",
-          "penetration_worst_frame": "penetration, worst frame [mm]"}  # fmt: skip
+ERRORS = {
+    "position_error": "distance to the converged solution [mm]",
+    "strain_p99_at_end": "strain, p99 at the end [%]",
+    "penetration_worst_frame": "penetration, worst frame [mm]",
+}
 LEAST = {"position_error": 1e-4, "strain_p99_at_end": 1e-4, "penetration_worst_frame": 1e-3}
 """What is drawn for less: 0 has no logarithm."""
 

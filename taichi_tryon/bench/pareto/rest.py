@@ -1,5 +1,5 @@
-"""A scene on its way to rest, computed with many settings, and held against the same way gone with small steps and tight
-tolerances."""
+"""A scene on its way to rest, computed with many settings, and held against the same way gone with small steps and
+tight tolerances."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from taichi_tryon.bench.record import Record, told
 from taichi_tryon.contact.probe import Probe
 from taichi_tryon.errors import RunError
 from taichi_tryon.scene.load import load_scene
+from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
 from taichi_tryon.timing import Stopwatch
@@ -33,7 +34,7 @@ def run(path: str, setting: Setting) -> Track:
     return follow(scene)
 
 
-def follow(scene) -> Track:
+def follow(scene: SceneSpec) -> Track:
     """A scene's way to rest. Taichi runs already. Raises RunError where a step fails or rest is not found."""
     clock = Stopwatch()
     simulation = Simulation(prepare(scene, clock), clock)

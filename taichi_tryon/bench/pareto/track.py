@@ -1,4 +1,4 @@
-"""What is kept of a run, the same of every simulator: figures of each frame, positions at one moment, the time taken."""
+"""What is kept of a run, the same of every simulator: figures of each frame, positions at a moment, the time taken."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from taichi_tryon.output.maps import strains
 
 @dataclass(frozen=True)
 class Track:
-    """A run of nf frames, or, with nf = 1, a way to rest. lowest (nf,) [m]: height of the lowest vertex; strain (nf,): size of the strain along warp or
-    weft below which 99 % of the triangles are; depth (nf,) [m]: of the deepest point inside the body. positions (nv, 3)
-    [m] are those at the moment that is compared. cpu_s and wall_s [s] were spent on so many ``frames``, the first step
-    not counted, or on all of the way to rest, whose ``frames`` are 1."""
+    """A run of nf frames, or, with nf = 1, a way to rest.
+
+    lowest (nf,) [m]: height of the lowest vertex; strain (nf,): size of the strain along warp or weft below which 99 %
+    of the triangles are; depth (nf,) [m]: of the deepest point inside the body; positions (nv, 3) [m]: at the moment
+    that is compared. cpu_s and wall_s [s] were spent on so many ``frames``, the first step not counted; all of a way to
+    rest counts as one.
+    """
 
     positions: np.ndarray
     lowest: np.ndarray
