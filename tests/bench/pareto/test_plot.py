@@ -8,7 +8,7 @@ QUANTITIES = ("cpu_ms", "wall_ms", "position_error", "strain_p99_at_end", "penet
 
 def run(vertices, setting, quantities=QUANTITIES):
     where = {"vertices": vertices, "fabric": "table1", "simulator": "ours", "setting": setting}
-    return [told("hang", where, quantity, "ms a frame", 0.5 * k, 0.0) for k, quantity in enumerate(quantities)]
+    return [told("hang", where, quantity, "ms a frame", 0.5 + k, 0.0) for k, quantity in enumerate(quantities)]
 
 
 def test_a_picture_for_each_sheet_without_what_failed(tmp_path):
