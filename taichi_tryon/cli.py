@@ -107,18 +107,22 @@ def view(
 
 @app.command()
 def bench(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="accuracy: exact cases")],
+    suite: Annotated[
+        str,
+        typer.Argument(metavar="SUITE", help="accuracy: exact cases; pareto: error against time; cost: where it goes"),
+    ],
     quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,
     case: Annotated[list[str], typer.Option("--case", help="Only this case of the suite. Repeatable.")] = [],  # noqa: B006
     output: Annotated[Path | None, typer.Option(help="Output folder; without it, outputs/bench.")] = None,
+    peers: Annotated[bool, typer.Option("--peers", help="Run MuJoCo too (suite pareto, extra [peers]).")] = False,
 ) -> None:
-    """Run a suite of cases with known answers: a table here, SUITE.json and plots in the output folder."""
+    """Run a suite: a table here, SUITE.json and plots in the output folder."""
     from rich.console import Console
 
     from taichi_tryon.bench.suite import print_table, run_suite
 
     folder = output or Path("outputs/bench")
-    finished = run_suite(suite, quick, folder, case, say=lambda line: print(line, file=sys.stderr))
+    finished = run_suite(suite, quick, folder, case, say=lambda line: print(line, file=sys.stderr), peers=peers)
     print_table(finished, Console(width=None if sys.stdout.isatty() else 160))
     print(folder)
     raise typer.Exit(finished.exit_code)

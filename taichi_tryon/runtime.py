@@ -41,11 +41,12 @@ def start(
     threads: int | None = None,
     cache: Path | None = None,
     offline_cache: bool = True,
+    profile: bool = False,
 ) -> Device:
     """Start (or restart) Taichi on ``arch`` ("cpu", "cuda", or None: cuda if it starts, else cpu).
 
     All Taichi fields made before are gone afterwards. Raises InputError where CUDA is asked for and does not start:
-    Taichi itself would fall back without an error. What ran before goes on then.
+    Taichi itself would fall back without an error. What ran before goes on then. profile: Taichi's kernel profiler.
     """
     threads = threads or len(os.sched_getaffinity(0))
     options = dict(
@@ -56,6 +57,7 @@ def start(
         log_level=ti.WARN,
         offline_cache=offline_cache,
         offline_cache_file_path=str(cache or default_cache()),
+        kernel_profiler=profile,
     )
     with_cuda = arch != "cpu" and _cuda_starts()
     if arch == "cuda" and not with_cuda:

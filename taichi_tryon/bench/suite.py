@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from taichi_tryon import runtime
+from taichi_tryon.bench.cost.plot import plot_growth
+from taichi_tryon.bench.pareto.plot import plot_pareto
 from taichi_tryon.bench.plots import plot_convergence
 from taichi_tryon.bench.record import Record
 from taichi_tryon.errors import InputError, RunError, TryonError
@@ -37,9 +39,14 @@ SUITES = {
         "cantilever",
         "cusick",
         "precision",
-    ),  # fmt: skip
+    ),
+    "pareto": ("cantilever", "hang", "sphere", "shirt"),
+    "cost": ("stages", "bandwidth", "growth", "balls"),
 }
-"""The cases of each suite, simplest first; each is a module with ``records(quick)``."""
+"""The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
+``records(quick, peers)``."""
+PEERS = ("pareto",)
+PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth}
 
 
 @dataclass(frozen=True)
@@ -56,19 +63,28 @@ class Finished:
 
 
 def run_suite(
-    suite: str, quick: bool, output: Path, cases: Iterable[str] = (), say: Callable[[str], None] = lambda line: None
+    suite: str,
+    quick: bool,
+    output: Path,
+    cases: Iterable[str] = (),
+    say: Callable[[str], None] = lambda line: None,
+    peers: bool = False,
 ) -> Finished:
     """Run a suite, or only some of its ``cases``, and write its files into ``output``; ``say`` gets a line a record.
 
-    Raises InputError where there is no such suite or case, or the validation scenes are not here.
+    peers: what a user could pick instead is run too. Raises InputError where there is no such suite or case, its peers
+    are not installed, or the validation scenes are not here.
     """
     names = _chosen(suite, tuple(cases))
+    if peers and suite not in PEERS:
+        raise InputError(f"--peers: suite {suite} has none; suites with peers: {', '.join(PEERS)}")
+    options = {"peers": True} if peers else {}
     records: list[Record] = []
     failed: dict[str, str] = {}
     for name in names:
         device = runtime.start("cpu", "f64")
         try:
-            for record in _module(suite, name).records(quick):
+            for record in _module(suite, name).records(quick, **options):
                 if not np.isfinite(record.value):
                     raise RunError(f"{record.quantity} is {record.value}")
                 records.append(record)
@@ -82,7 +98,7 @@ def run_suite(
     found = {"suite": suite, "versions": versions(), "device": vars(device), "records": [asdict(r) for r in records]}
     text = json.dumps({**found, "failed": failed}, indent=2, allow_nan=False) + "\n"
     replace_atomically(output / f"{suite}.json", lambda path: path.write_text(text))
-    plot_convergence(records, output)
+    PLOTS[suite](records, output)
     return Finished(records, failed)
 
 

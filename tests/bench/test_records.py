@@ -79,4 +79,6 @@ def test_unknown_names_are_told(tmp_path):
         suite.run_suite("speed", True, tmp_path)
     with pytest.raises(InputError, match="--case loop: suite accuracy has no such case; cases: body_field, uniaxial"):
         suite.run_suite("accuracy", True, tmp_path, ["loop"])
+    with pytest.raises(InputError, match="--peers: suite accuracy has none; suites with peers: pareto"):
+        suite.run_suite("accuracy", True, tmp_path, peers=True)
     assert not list(tmp_path.iterdir())

@@ -1,0 +1,1 @@
+"""Error against time: scenes run with many settings, and held against our own converged solution."""

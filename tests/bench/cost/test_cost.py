@@ -1,0 +1,109 @@
+"""Records of costs that are known, and the measurements themselves at tiny sizes."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from taichi_tryon.bench.cost import balls, bandwidth, growth, stages, step
+from taichi_tryon.bench.cost.plot import plot_growth
+from taichi_tryon.bench.cost.step import StepCost
+
+
+def cost(vertices: int, exponent: float = 1.1, iterations: float = 10.0, each: int = 3000) -> StepCost:
+    seconds = 1e-5 * vertices**exponent
+    memory = 100_000_000 + each * vertices
+    return StepCost(vertices, seconds, 2 * seconds, 2.0, iterations, memory, {})
+
+
+def judged(records) -> dict:
+    return {record.quantity: (record.value, record.passes) for record in records if record.limit is not None}
+
+
+def test_growth_is_fitted_and_judged():
+    found = list(growth.of([cost(2_500), cost(10_000), cost(40_000, iterations=19.0)]))
+    assert judged(found) == {
+        "exponent_of_time": (pytest.approx(1.1), True),
+        "memory_of_a_further_vertex": (pytest.approx(3.0), True),
+        "linear_iterations_times": (pytest.approx(1.9), True),
+    }
+    worse = growth.of([cost(2_500, 1.2), cost(40_000, 1.2, iterations=21.0, each=5000)])
+    assert [passes for _, passes in judged(worse).values()] == [False, False, False]
+
+
+def test_growth_is_drawn(tmp_path):
+    records = list(growth.of([cost(2_500), cost(10_000)]))
+    (path,) = plot_growth(records, tmp_path)
+    assert path.name == "growth.png" and path.stat().st_size > 5000
+    assert plot_growth([], tmp_path) == []
+
+
+def test_stages_are_modules_and_the_rest():
+    kernels = {
+        "taichi_tryon.solver.matrix.Matrix._assemble": 0.4,
+        "taichi_tryon.solver.matrix.Matrix._other": 0.1,
+        "taichi._kernels.fill_field": 0.2,
+    }
+    found = list(stages.of(StepCost(25, 1.0, 1.0, 2.0, 10.0, 0, kernels)))
+    times = {record.parameters["of"]: record.value for record in found}
+    assert times == pytest.approx(
+        {
+            "all": 1000,
+            "solver.matrix": 500,
+            "taichi": 200,
+            "launches, Python, LAPACK": 300,
+            "solver.matrix.Matrix._assemble": 400,
+            "solver.matrix.Matrix._other": 100,
+            "taichi._kernels.fill_field": 200,
+        }
+    )
+
+
+def test_a_step_is_measured():
+    found = step.swing(6, timed=2)
+    assert found.vertices == 36 and found.wall_s > 0 and found.cpu_s > 0
+    assert found.newton_iterations >= 1 and found.linear_iterations >= 5 and found.memory >= 0
+
+
+def test_time_is_given_to_the_method_whose_kernel_ran(tmp_path):
+    script = tmp_path / "sums.py"
+    script.write_text(
+        "import taichi as ti\n"
+        "from taichi_tryon import runtime\n"
+        "from taichi_tryon.bench.cost.step import profiled\n"
+        "runtime.start('cpu', offline_cache=False, profile=True)\n"
+        "x = ti.field(float, 100_000)\n"
+        "@ti.data_oriented\n"
+        "class One:\n"
+        "    @ti.kernel\n"
+        "    def _add(self):\n"
+        "        for i in x:\n"
+        "            x[i] += ti.sin(x[i])\n"
+        "one = One()\n"
+        "one._add()\n"
+        "ti.profiler.clear_kernel_profiler_info()\n"
+        "one._add()\n"
+        "print(*(f'{name} {seconds > 1e-5}' for name, seconds in profiled().items()))\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "__main__.One._add True\n", done.stderr
+
+
+def test_the_product_is_held_against_a_triad():
+    found = {record.quantity: record for record in bandwidth.of(6, 1 << 12)}
+    share = found["product_bandwidth"].value / found["triad"].value
+    assert found["share_of_triad"].value == pytest.approx(100 * share) and found["share_of_triad"].limit == 60.0
+    # 36 vertices: at least all pairs along the triangles' 85 edges, there and back
+    assert found["product_bytes"].value * 1e6 >= 170 * 40 + 36 * (40 + 72)
+
+
+def test_the_block_of_balls_keeps_its_volume():
+    for grid in (balls.GRIDS[0], balls.GRIDS[2]):
+        block = balls.block(grid)
+        assert len(block.balls.weights) == np.prod(grid)
+        assert balls.volume(block) == pytest.approx(balls.VOLUME, rel=0.01)
+
+
+def test_a_query_takes_time():
+    assert 1e-9 < balls.query(balls.block((2, 3, 2)), points=1000) < 1e-3
