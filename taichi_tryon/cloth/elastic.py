@@ -12,6 +12,7 @@ import taichi as ti
 
 from taichi_tryon import fields
 from taichi_tryon.cloth import membrane
+from taichi_tryon.cloth.arcs import Arcs
 from taichi_tryon.cloth.constant import Constant
 from taichi_tryon.cloth.hysteresis import SHEAR_REACH, Sliders
 from taichi_tryon.cloth.mid_edge import MidEdge
@@ -41,6 +42,7 @@ class Elastic:
             ti.Vector.field(3, float, shape=nt) for _ in range(4)
         )
 
+        self.arcs = Arcs(cloth, x, tables)
         self.bending = BENDING[cloth.bending](cloth, x, tables)
         self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
@@ -58,7 +60,10 @@ class Elastic:
         # hats sum to one, so edge vectors do, and coordinates far from the origin cost no digits
         f1 = (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0]
         f2 = (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1]
-        return f1, f2, membrane.strain(f1, f2)
+        e = membrane.strain(f1, f2)
+        if ti.static(self.arcs.present):
+            e += self.arcs.strain(t)
+        return f1, f2, e
 
     def begin_step(self):
         """Remember strain and hinge angles: internal friction acts on the change since here."""
@@ -106,6 +111,8 @@ class Elastic:
                 (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0],
                 (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1],
             )
+            if ti.static(self.arcs.present):
+                rate += self.arcs.strain_rate(t, v)
             self.strain_ref[t] = self.strain_start[t] + ahead * rate + beyond * (e - self.strain_start[t])
 
     def evaluate(self, inverse_dt: float):
@@ -125,6 +132,8 @@ class Elastic:
                 s[2] += self.friction.friction(t, self._shear(t))[0]
             self.stress[t] = s
             self.tension[t] = membrane.tension_only(s)
+            if ti.static(self.arcs.present):
+                self.arcs.evaluate(t, self.area[t], s)
 
     @ti.func
     def _shear(self, t: int):
@@ -138,6 +147,8 @@ class Elastic:
         for n in range(self.corner_start[i], self.corner_start[i + 1]):
             t, k = self.corner[n] // 3, self.corner[n] % 3
             total -= self.area[t] * membrane.gradient(self.stress[t], self.f1[t], self.f2[t], self.hat[t, k])
+        if ti.static(self.arcs.present):
+            total += self.arcs.force(i)
         total += self.bending.force(i)
         if ti.static(self.tapes.count > 0):
             total += self.tapes.force(i)
@@ -145,13 +156,27 @@ class Elastic:
 
     @ti.func
     def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
-        """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
+        """Hessian block of triangle t between its vertices i and j of ``arcs``, positive semi-definite where not
+        ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
         if ti.static(self.friction.present):
             c[3] += self.friction.stiffness(t, self._shear(t))[0]
         tension = self.stress[t] if exact == 1 else self.tension[t]
-        block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
+        block = ti.Matrix.zero(float, 3, 3)
+        if ti.static(self.arcs.present):
+            gi, gj = self._hat(t, i), self._hat(t, j)
+            block = self.arcs.hessian(t, i, j, c, tension, exact, self.f1[t], self.f2[t], gi, gj)
+        else:
+            block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
+
+    @ti.func
+    def _hat(self, t: int, i: int):
+        """Gradient of vertex i's hat function on triangle t, 0 for a flap vertex."""
+        g = ti.Vector([0.0, 0.0])
+        if i < 3:
+            g = self.hat[t, i]
+        return g
 
     @ti.kernel
     def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):

@@ -26,7 +26,9 @@ class Matrix:
         samples, weights = contact.samples.vertices, contact.samples.weights
         self.bending = elastic.bending
         inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
-        low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
+        # vertices on which a triangle's strain depends
+        self.corners = elastic.arcs.vertices.shape[1]
+        low, high, code, kind = _pairs(elastic.arcs.vertices, np.arange(len(triangles)), self.corners, 0, self.corners)
         for table, owners, width, label in (
             (hinges[inner], inner, 4, 1),
             *(
@@ -96,7 +98,10 @@ class Matrix:
             block = ti.Matrix.zero(float, 3, 3)
             for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
                 code = self.membrane_code[n]
-                block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt, exact)
+                width = ti.static(self.corners)
+                block += self.elastic.membrane_block(
+                    code // (width * width), code // width % width, code % width, inverse_dt, exact
+                )
             if ti.static(self.bending.hinged):
                 for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
                     code = self.hinge_code[n]
@@ -149,15 +154,17 @@ class Matrix:
 
 
 def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):
-    """All vertex pairs (low, high) within the rows of ``table`` (n, width), with code = owner, place of low, place of
-    high in base ``base``, and the label of their law."""
+    """All vertex pairs (low, high) within the rows of ``table`` (n, width), where -1 is none, with code = owner, place
+    of low, place of high in base ``base``, and the label of their law."""
     lows, highs, codes = [], [], []
     for a in range(width):
         for b in range(a + 1, width):
-            swap = table[:, a] > table[:, b]
-            lows.append(np.where(swap, table[:, b], table[:, a]))
-            highs.append(np.where(swap, table[:, a], table[:, b]))
+            one, other = table[:, a], table[:, b]
+            pair = (one >= 0) & (other >= 0) & (one != other)
+            swap = (one > other)[pair]
+            lows.append(np.where(swap, other[pair], one[pair]))
+            highs.append(np.where(swap, one[pair], other[pair]))
             places = np.where(swap, b * base + a, a * base + b)
-            codes.append(owners * base * base + places)
+            codes.append(owners[pair] * base * base + places)
     code = np.concatenate(codes)
     return np.concatenate(lows), np.concatenate(highs), code, np.full(len(code), label)
