@@ -23,6 +23,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.cloth import membrane
 from taichi_tryon.cloth.model import Cloth
 
 # singular values below this share of the greatest count as none
@@ -92,13 +93,15 @@ class Arcs:
     """
 
     def __init__(self, cloth: Cloth, x, tables: fields.Tables):
-        self.present, self.x = cloth.membrane == "corrected", x
+        self.present, self.x = cloth.membrane != "plain", x
+        self.relaxed = cloth.membrane == "relaxed"
         self.vertices = cloth.triangles
         if self.present:
             self.vertices = np.hstack([cloth.triangles, flaps(cloth)])
             self.vertex = tables.scalars(self.vertices.ravel())
             self.weight = tables.vectors(bow_weights(cloth).transpose(0, 2, 1).reshape(-1, 3))
             self.share = tables.matrices(bow_strains(cloth))
+            self.part = ti.field(float, shape=len(self.vertices))
             self.bow, self.pull = (ti.Matrix.field(3, 3, float, shape=len(self.vertices)) for _ in range(2))
             held = np.flatnonzero(self.vertices.ravel() >= 0)
             start, order = fields.group(self.vertices.ravel()[held], cloth.vertex_count)
@@ -114,10 +117,15 @@ class Arcs:
         return q
 
     @ti.func
-    def strain(self, t: int):
+    def strain(self, t: int, e, c):
         """What the bows of triangle t add to (E11, E22, 2 E12)."""
         q = self._bow(t, self.x)
-        return self.share[t] @ (q * q @ ti.Vector([1.0, 1.0, 1.0]))
+        r = self.share[t] @ (q * q @ ti.Vector([1.0, 1.0, 1.0]))
+        part = ti.cast(1.0, float)
+        if ti.static(self.relaxed):
+            along = membrane.stress(c, r)
+            part = ti.min(ti.max(-along.dot(e) / (along.dot(r) + 1e-30), 0.0), 1.0)
+        return part * r, part
 
     @ti.func
     def strain_rate(self, t: int, v: ti.template()):
@@ -125,10 +133,11 @@ class Arcs:
         return 2.0 * self.share[t] @ (self._bow(t, self.x) * self._bow(t, v) @ ti.Vector([1.0, 1.0, 1.0]))
 
     @ti.func
-    def evaluate(self, t: int, area: float, stress):
+    def evaluate(self, t: int, area: float, stress, part: float):
         """Bows at the present positions, and what the ``stress`` makes them pull."""
         self.bow[t] = self._bow(t, self.x)
-        tension = 2.0 * area * (self.share[t].transpose() @ stress)
+        self.part[t] = part
+        tension = 2.0 * part * area * (self.share[t].transpose() @ stress)
         for k in ti.static(range(3)):
             for m in ti.static(range(3)):
                 self.pull[t][k, m] = tension[k] * self.bow[t][k, m]
@@ -146,7 +155,13 @@ class Arcs:
         """3x3 block between vertices i and j of triangle t per unit of area, flat part included; arguments as in
         ``membrane.hessian``, the gradients 0 for flap vertices."""
         c = ti.Matrix([[stretch[0], stretch[2], 0.0], [stretch[2], stretch[1], 0.0], [0.0, 0.0, stretch[3]]])
-        along = self.share[t].transpose() @ tension
+        along = self.part[t] * (self.share[t].transpose() @ tension)
+        if ti.static(self.relaxed):
+            if self.part[t] > 0.0 and self.part[t] < 1.0:
+                q = self.bow[t]
+                cr = c @ (self.share[t] @ (q * q @ ti.Vector([1.0, 1.0, 1.0])))
+                r = self.share[t] @ (q * q @ ti.Vector([1.0, 1.0, 1.0]))
+                c -= cr.outer_product(cr) / (cr.dot(r) + 1e-30)
         geometric = (
             tension[0] * gi[0] * gj[0] + tension[1] * gi[1] * gj[1] + tension[2] * (gi[0] * gj[1] + gi[1] * gj[0])
         )
@@ -162,5 +177,5 @@ class Arcs:
         share, weight = self.share[t], self.weight[6 * t + i]
         for k in ti.static(range(3)):
             for m in ti.static(range(3)):
-                share[m, k] *= 2.0 * weight[k]
+                share[m, k] *= 2.0 * self.part[t] * weight[k]
         return ti.Matrix.rows([g[0] * f1, g[1] * f2, g[0] * f2 + g[1] * f1]) + share @ self.bow[t]

@@ -60,10 +60,11 @@ class Elastic:
         # hats sum to one, so edge vectors do, and coordinates far from the origin cost no digits
         f1 = (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0]
         f2 = (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1]
-        e = membrane.strain(f1, f2)
+        e, part = membrane.strain(f1, f2), ti.cast(1.0, float)
         if ti.static(self.arcs.present):
-            e += self.arcs.strain(t)
-        return f1, f2, e
+            bulge, part = self.arcs.strain(t, e, self.stretch[t])
+            e += bulge
+        return f1, f2, e, part
 
     def begin_step(self):
         """Remember strain and hinge angles: internal friction acts on the change since here."""
@@ -91,7 +92,7 @@ class Elastic:
     @ti.kernel
     def _begin_step(self):
         for t in range(self.nt):
-            _, _, e = self._triangle_strain(t)
+            _, _, e, _ = self._triangle_strain(t)
             self.strain_start[t], self.strain_ref[t] = e, e
 
     def begin_stage(self, v, ahead: float, beyond: float):
@@ -103,7 +104,7 @@ class Elastic:
     @ti.kernel
     def _begin_stage(self, v: ti.template(), ahead: float, beyond: float):
         for t in range(self.nt):
-            f1, f2, e = self._triangle_strain(t)
+            f1, f2, e, part = self._triangle_strain(t)
             a, b, c = v[self.triangle[t][0]], v[self.triangle[t][1]], v[self.triangle[t][2]]
             rate = membrane.strain_rate(
                 f1,
@@ -112,7 +113,7 @@ class Elastic:
                 (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1],
             )
             if ti.static(self.arcs.present):
-                rate += self.arcs.strain_rate(t, v)
+                rate += part * self.arcs.strain_rate(t, v)
             self.strain_ref[t] = self.strain_start[t] + ahead * rate + beyond * (e - self.strain_start[t])
 
     def evaluate(self, inverse_dt: float):
@@ -123,7 +124,7 @@ class Elastic:
     @ti.kernel
     def _evaluate_strains(self, inverse_dt: float):
         for t in range(self.nt):
-            f1, f2, e = self._triangle_strain(t)
+            f1, f2, e, part = self._triangle_strain(t)
             s = membrane.stress(self.stretch[t], e)
             drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
@@ -133,7 +134,7 @@ class Elastic:
             self.stress[t] = s
             self.tension[t] = membrane.tension_only(s)
             if ti.static(self.arcs.present):
-                self.arcs.evaluate(t, self.area[t], s)
+                self.arcs.evaluate(t, self.area[t], s, part)
 
     @ti.func
     def _shear(self, t: int):

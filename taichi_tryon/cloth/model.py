@@ -17,7 +17,7 @@ from taichi_tryon.mesh.topology import Topology
 # laws of bending: by mid-edge normals, or by one constant matrix
 Bending = Literal["mid_edge", "constant"]
 # strain of the membrane: of the flat triangles, or with the arcs over their sides
-Membrane = Literal["plain", "corrected"]
+Membrane = Literal["plain", "corrected", "relaxed"]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class Cloth:
     triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
     of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
     bending and membrane say which laws are taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,)
-    [m] at rest, tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see ``Moduli``.
+    [m] at rest, tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see
+    ``Moduli``.
     """
 
     parts: tuple[Part, ...]
