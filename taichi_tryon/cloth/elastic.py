@@ -12,11 +12,11 @@ import taichi as ti
 
 from taichi_tryon import fields
 from taichi_tryon.cloth import membrane
-from taichi_tryon.cloth.arcs import Arcs
 from taichi_tryon.cloth.constant import Constant
 from taichi_tryon.cloth.hysteresis import SHEAR_REACH, Sliders
 from taichi_tryon.cloth.mid_edge import MidEdge
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.cloth.nodal import OWN, Nodes
 from taichi_tryon.cloth.tape import Tapes
 
 BENDING = {"mid_edge": MidEdge, "constant": Constant}
@@ -42,7 +42,7 @@ class Elastic:
             ti.Vector.field(3, float, shape=nt) for _ in range(4)
         )
 
-        self.arcs = Arcs(cloth, x, tables)
+        self.nodes = Nodes(cloth, tables)
         self.bending = BENDING[cloth.bending](cloth, x, tables)
         self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
@@ -60,11 +60,7 @@ class Elastic:
         # hats sum to one, so edge vectors do, and coordinates far from the origin cost no digits
         f1 = (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0]
         f2 = (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1]
-        e, part = membrane.strain(f1, f2), ti.cast(1.0, float)
-        if ti.static(self.arcs.present):
-            bulge, part = self.arcs.strain(t, e, self.stretch[t])
-            e += bulge
-        return f1, f2, e, part
+        return f1, f2, membrane.strain(f1, f2)
 
     def begin_step(self):
         """Remember strain and hinge angles: internal friction acts on the change since here."""
@@ -92,7 +88,7 @@ class Elastic:
     @ti.kernel
     def _begin_step(self):
         for t in range(self.nt):
-            _, _, e, _ = self._triangle_strain(t)
+            _, _, e = self._triangle_strain(t)
             self.strain_start[t], self.strain_ref[t] = e, e
 
     def begin_stage(self, v, ahead: float, beyond: float):
@@ -104,7 +100,7 @@ class Elastic:
     @ti.kernel
     def _begin_stage(self, v: ti.template(), ahead: float, beyond: float):
         for t in range(self.nt):
-            f1, f2, e, part = self._triangle_strain(t)
+            f1, f2, e = self._triangle_strain(t)
             a, b, c = v[self.triangle[t][0]], v[self.triangle[t][1]], v[self.triangle[t][2]]
             rate = membrane.strain_rate(
                 f1,
@@ -112,8 +108,6 @@ class Elastic:
                 (b - a) * self.hat[t, 1][0] + (c - a) * self.hat[t, 2][0],
                 (b - a) * self.hat[t, 1][1] + (c - a) * self.hat[t, 2][1],
             )
-            if ti.static(self.arcs.present):
-                rate += part * self.arcs.strain_rate(t, v)
             self.strain_ref[t] = self.strain_start[t] + ahead * rate + beyond * (e - self.strain_start[t])
 
     def evaluate(self, inverse_dt: float):
@@ -124,17 +118,22 @@ class Elastic:
     @ti.kernel
     def _evaluate_strains(self, inverse_dt: float):
         for t in range(self.nt):
-            f1, f2, e, part = self._triangle_strain(t)
+            f1, f2, e = self._triangle_strain(t)
             s = membrane.stress(self.stretch[t], e)
             drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
-            s += drag
+            self.stress[t] = s + drag
+        if ti.static(self.nodes.present):
+            for n in range(self.nodes.count):
+                self.nodes.average(n, self)
+        for t in range(self.nt):
+            s = self.stress[t]
+            if ti.static(self.nodes.present):
+                s = self.nodes.mixed(t, s, self.nodes.stress)
             if ti.static(self.friction.present):
                 s[2] += self.friction.friction(t, self._shear(t))[0]
             self.stress[t] = s
             self.tension[t] = membrane.tension_only(s)
-            if ti.static(self.arcs.present):
-                self.arcs.evaluate(t, self.area[t], s, part)
 
     @ti.func
     def _shear(self, t: int):
@@ -148,8 +147,6 @@ class Elastic:
         for n in range(self.corner_start[i], self.corner_start[i + 1]):
             t, k = self.corner[n] // 3, self.corner[n] % 3
             total -= self.area[t] * membrane.gradient(self.stress[t], self.f1[t], self.f2[t], self.hat[t, k])
-        if ti.static(self.arcs.present):
-            total += self.arcs.force(i)
         total += self.bending.force(i)
         if ti.static(self.tapes.count > 0):
             total += self.tapes.force(i)
@@ -157,27 +154,20 @@ class Elastic:
 
     @ti.func
     def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
-        """Hessian block of triangle t between its vertices i and j of ``arcs``, positive semi-definite where not
-        ``exact``."""
+        """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
+        if ti.static(self.nodes.present):
+            c *= OWN
         if ti.static(self.friction.present):
             c[3] += self.friction.stiffness(t, self._shear(t))[0]
         tension = self.stress[t] if exact == 1 else self.tension[t]
-        block = ti.Matrix.zero(float, 3, 3)
-        if ti.static(self.arcs.present):
-            gi, gj = self._hat(t, i), self._hat(t, j)
-            block = self.arcs.hessian(t, i, j, c, tension, exact, self.f1[t], self.f2[t], gi, gj)
-        else:
-            block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
+        block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
 
     @ti.func
-    def _hat(self, t: int, i: int):
-        """Gradient of vertex i's hat function on triangle t, 0 for a flap vertex."""
-        g = ti.Vector([0.0, 0.0])
-        if i < 3:
-            g = self.hat[t, i]
-        return g
+    def node_block(self, n: int, i: int, j: int, inverse_dt: float):
+        """Hessian block of node n between its members i and j."""
+        return self.nodes.block(n, i, j, 1.0 + self.tau[self.nodes.triangle[self.nodes.start[n]]] * inverse_dt)
 
     @ti.kernel
     def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):
@@ -187,9 +177,12 @@ class Elastic:
             for t in range(first + low, first + high):
                 e, c = self.strain[t], self.stretch[t]
                 change = e - self.strain_ref[t]
-                drag = 0.5 * self.tau[t] * inverse_dt * change.dot(membrane.stress(c, change))
-                stretch = 0.5 * (c[0] * e[0] * e[0] + c[1] * e[1] * e[1] + 2.0 * c[2] * e[0] * e[1])
-                shear = 0.5 * c[3] * e[2] * e[2]
+                density, dragged = membrane.density(c, e), membrane.density(c, change)
+                if ti.static(self.nodes.present):
+                    density = self.nodes.density(t, c, e, self.nodes.strain)
+                    dragged = self.nodes.density(t, c, change, self.nodes.change)
+                drag = self.tau[t] * inverse_dt * dragged.sum()
+                stretch, shear = density[0], density[1]
                 if ti.static(self.friction.present):
                     shear += self.friction.potential(t, self._shear(t))
                 total += ti.Vector(

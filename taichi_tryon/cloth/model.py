@@ -16,8 +16,8 @@ from taichi_tryon.mesh.topology import Topology
 
 # laws of bending: by mid-edge normals, or by one constant matrix
 Bending = Literal["mid_edge", "constant"]
-# strain of the membrane: of the flat triangles, or with the arcs over their sides
-Membrane = Literal["plain", "corrected", "relaxed"]
+# whose strain stretches the membrane: each triangle's own, or for the most part its mean around each vertex
+Membrane = Literal["plain", "nodal"]
 
 
 @dataclass(frozen=True)

@@ -72,8 +72,8 @@ class MeshSpec(Spec):
     )
     membrane: Membrane = Field(
         "plain",
-        description="whose strain counts; plain: the flat triangles'; corrected: that of curved cloth through their "
-        "corners and neighbours, so that folds of few triangles do not resist by stretching",
+        description="whose strain resists; plain: each triangle's; nodal: for nine tenths the mean around each vertex, "
+        "so that folds of few triangles do not resist by stretching",
     )
 
 
