@@ -42,7 +42,7 @@ class Elastic:
             ti.Vector.field(3, float, shape=nt) for _ in range(4)
         )
 
-        self.nodes = Nodes(cloth, tables)
+        self.nodes = Nodes(cloth)
         self.bending = BENDING[cloth.bending](cloth, x, tables)
         self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
@@ -123,17 +123,21 @@ class Elastic:
             drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
             self.stress[t] = s + drag
+            if ti.static(not self.nodes.present):
+                self._rub(t)
         if ti.static(self.nodes.present):
             for n in range(self.nodes.count):
                 self.nodes.average(n, self)
-        for t in range(self.nt):
-            s = self.stress[t]
-            if ti.static(self.nodes.present):
-                s = self.nodes.mixed(t, s, self.nodes.stress)
-            if ti.static(self.friction.present):
-                s[2] += self.friction.friction(t, self._shear(t))[0]
-            self.stress[t] = s
-            self.tension[t] = membrane.tension_only(s)
+            for t in range(self.nt):
+                self.stress[t] = self.nodes.mixed(t, self.stress[t], self.nodes.stress)
+                self._rub(t)
+
+    @ti.func
+    def _rub(self, t: int):
+        """Add dry friction to the stress of triangle t, which is then complete."""
+        if ti.static(self.friction.present):
+            self.stress[t][2] += self.friction.friction(t, self._shear(t))[0]
+        self.tension[t] = membrane.tension_only(self.stress[t])
 
     @ti.func
     def _shear(self, t: int):

@@ -14,8 +14,6 @@ Sources: Dohrmann, Heinstein, Jung, Key, Witkowski 2000, "Node-based uniform str
 and four-node tetrahedral meshes"; Puso and Solberg 2006, "A stabilized nodally integrated tetrahedral" (the share).
 """
 
-import os
-
 import numpy as np
 import scipy.sparse as sp
 import taichi as ti
@@ -26,7 +24,7 @@ from taichi_tryon.cloth import membrane
 from taichi_tryon.cloth.model import Cloth
 
 # alpha: share of the stiffness that acts on each triangle's own strain
-OWN = float(os.environ.get("OWN", "0.1"))
+OWN = 0.1
 # neighbours whose sides differ by more than this share are in different panels, or across a dart
 SAME = 1e-4
 
@@ -50,6 +48,20 @@ def nodes(cloth: Cloth) -> np.ndarray:
     return connected_components(graph, directed=False)[1].reshape(-1, 3)
 
 
+def strains(cloth: Cloth, positions: np.ndarray) -> np.ndarray:
+    """(nt, 3) Green strain E11, E22, 2 E12 that each triangle's stress comes from, where its vertices are (nv, 3)."""
+    f = np.einsum("tik,tia->tak", positions[cloth.triangles], cloth.gradients)
+    metric = np.einsum("tak,tbk->tab", f, f)
+    green = np.stack([(metric[:, 0, 0] - 1) / 2, (metric[:, 1, 1] - 1) / 2, metric[:, 0, 1]], axis=1)
+    if cloth.membrane == "plain":
+        return green
+    node = nodes(cloth)
+    around, weight = node.ravel(), np.repeat(cloth.areas, 3)
+    sums = np.stack([np.bincount(around, weight * np.repeat(column, 3)) for column in green.T], axis=1)
+    mean = sums / np.bincount(around, weight)[:, None]
+    return OWN * green + (1 - OWN) * mean[node].mean(axis=1)
+
+
 def members(cloth: Cloth, node: np.ndarray) -> np.ndarray:
     """(nn, m) vertices of the triangles of each node, -1 for none."""
     pairs = np.stack([np.repeat(node, 3, axis=1).ravel(), np.tile(cloth.triangles, (1, 3)).ravel()], axis=1)
@@ -64,10 +76,12 @@ def members(cloth: Cloth, node: np.ndarray) -> np.ndarray:
 class Nodes:
     """The nodes of a Cloth, where its strain is averaged: ``members`` (nn, m) vertices, -1 for none."""
 
-    def __init__(self, cloth: Cloth, tables: fields.Tables):
+    def __init__(self, cloth: Cloth):
         self.present = cloth.membrane == "nodal"
         if not self.present:
             return
+        # tables of its own: those of the laws hold as many as Taichi unrolls without a warning
+        tables = fields.Tables()
         node = nodes(cloth)
         self.members = members(cloth, node)
         self.count, self.width = self.members.shape
@@ -78,6 +92,7 @@ class Nodes:
         self.weight = tables.scalars((np.repeat(cloth.areas, 3) / 3)[order] / np.repeat(area, np.diff(start)))
         self.member = tables.scalars(self.members.ravel())
         self.stretch = tables.vectors(cloth.stretch[(order // 3)[start[:-1]]])
+        tables.fill()
         self.strain, self.change, self.stress = (ti.Vector.field(3, float, shape=self.count) for _ in range(3))
         self.slope = ti.Matrix.field(3, 3, float, shape=self.members.size)
 

@@ -73,6 +73,17 @@ def test_force_is_minus_the_gradient(averaged, forces, sheet, inverse_dt):
         assert -(f * direction).sum() == pytest.approx(slope, rel=1e-6)
 
 
+def test_reported_strains_are_those_of_the_stress(averaged, sheet, cloth):
+    x = rough(sheet, 4)
+    averaged.x.from_numpy(x)
+    averaged.evaluate(0.0)
+    c = cloth.stretch
+    for law, own in ((averaged.cloth, False), (cloth, True)):
+        e = nodal.strains(law, x)
+        stress = np.stack([c[:, 0] * e[:, 0], c[:, 1] * e[:, 1], c[:, 3] * e[:, 2]], axis=1)
+        assert (stress == pytest.approx(averaged.stress.to_numpy(), rel=1e-9)) != own
+
+
 def test_what_averages_out_is_a_tenth_as_stiff(averaged, cloth, sheet):
     """A saw-tooth shift of the rows strains triangles by turns to either side."""
     averaged.x.from_numpy(rough(sheet, 5) * [1, 1, 0])
