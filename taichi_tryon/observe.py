@@ -9,6 +9,7 @@ import numpy as np
 
 from taichi_tryon.body.surface import surface_mesh
 from taichi_tryon.cloth.model import Part
+from taichi_tryon.cloth.nodal import strains
 from taichi_tryon.contact.probe import Probe
 from taichi_tryon.dressing.check import crossings
 from taichi_tryon.output import maps
@@ -59,7 +60,7 @@ class _Arrays:
     def __init__(self, observer: Observer):
         self.observer, self.stepper, self.cloth = observer, observer.simulation.stepper, observer.cloth
         self.positions, self.velocities = self.stepper.x.to_numpy(), self.stepper.v.to_numpy()
-        self.strains = maps.strains(self.positions, self.cloth.triangles, self.cloth.gradients)
+        self.strains = maps.strains(strains(self.cloth, self.positions))
         self.gaps = None
         if observer.simulation.scene.body:
             self.gaps = maps.gaps(self.positions, observer.probe.gaps(), observer.skin()[0])

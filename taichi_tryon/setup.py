@@ -78,7 +78,7 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
             garments.append(_dressed(spec, edge_length, clock, body, start, layer))
     with clock("mesh"):
         fabrics = [(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments]
-        cloth = Cloth.join(fabrics, scene.mesh.bending)
+        cloth = Cloth.join(fabrics, scene.mesh.bending, scene.mesh.membrane)
     positions = np.concatenate([garment.dressed.positions for garment in garments])
     velocities = np.concatenate([garment.velocities for garment in garments])
     if scene.contact.layers:

@@ -16,6 +16,7 @@ from taichi_tryon.cloth.constant import Constant
 from taichi_tryon.cloth.hysteresis import SHEAR_REACH, Sliders
 from taichi_tryon.cloth.mid_edge import MidEdge
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.cloth.nodal import OWN, Nodes
 from taichi_tryon.cloth.tape import Tapes
 
 BENDING = {"mid_edge": MidEdge, "constant": Constant}
@@ -41,6 +42,7 @@ class Elastic:
             ti.Vector.field(3, float, shape=nt) for _ in range(4)
         )
 
+        self.nodes = Nodes(cloth)
         self.bending = BENDING[cloth.bending](cloth, x, tables)
         self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
@@ -120,11 +122,22 @@ class Elastic:
             s = membrane.stress(self.stretch[t], e)
             drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
-            s += drag
-            if ti.static(self.friction.present):
-                s[2] += self.friction.friction(t, self._shear(t))[0]
-            self.stress[t] = s
-            self.tension[t] = membrane.tension_only(s)
+            self.stress[t] = s + drag
+            if ti.static(not self.nodes.present):
+                self._rub(t)
+        if ti.static(self.nodes.present):
+            for n in range(self.nodes.count):
+                self.nodes.average(n, self)
+            for t in range(self.nt):
+                self.stress[t] = self.nodes.mixed(t, self.stress[t], self.nodes.stress)
+                self._rub(t)
+
+    @ti.func
+    def _rub(self, t: int):
+        """Add dry friction to the stress of triangle t, which is then complete."""
+        if ti.static(self.friction.present):
+            self.stress[t][2] += self.friction.friction(t, self._shear(t))[0]
+        self.tension[t] = membrane.tension_only(self.stress[t])
 
     @ti.func
     def _shear(self, t: int):
@@ -147,11 +160,18 @@ class Elastic:
     def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
         """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
         c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
+        if ti.static(self.nodes.present):
+            c *= OWN
         if ti.static(self.friction.present):
             c[3] += self.friction.stiffness(t, self._shear(t))[0]
         tension = self.stress[t] if exact == 1 else self.tension[t]
         block = membrane.hessian(c, tension, self.f1[t], self.f2[t], self.hat[t, i], self.hat[t, j])
         return self.area[t] * block
+
+    @ti.func
+    def node_block(self, n: int, i: int, j: int, inverse_dt: float):
+        """Hessian block of node n between its members i and j."""
+        return self.nodes.block(n, i, j, 1.0 + self.tau[self.nodes.triangle[self.nodes.start[n]]] * inverse_dt)
 
     @ti.kernel
     def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):
@@ -161,9 +181,12 @@ class Elastic:
             for t in range(first + low, first + high):
                 e, c = self.strain[t], self.stretch[t]
                 change = e - self.strain_ref[t]
-                drag = 0.5 * self.tau[t] * inverse_dt * change.dot(membrane.stress(c, change))
-                stretch = 0.5 * (c[0] * e[0] * e[0] + c[1] * e[1] * e[1] + 2.0 * c[2] * e[0] * e[1])
-                shear = 0.5 * c[3] * e[2] * e[2]
+                density, dragged = membrane.density(c, e), membrane.density(c, change)
+                if ti.static(self.nodes.present):
+                    density = self.nodes.density(t, c, e, self.nodes.strain)
+                    dragged = self.nodes.density(t, c, change, self.nodes.change)
+                drag = self.tau[t] * inverse_dt * dragged.sum()
+                stretch, shear = density[0], density[1]
                 if ti.static(self.friction.present):
                     shear += self.friction.potential(t, self._shear(t))
                 total += ti.Vector(

@@ -35,6 +35,19 @@ def gradient(s, f1, f2, g):
 
 
 @ti.func
+def density(stretch, e):
+    """Energy density of the strain (E11, E22, 2 E12): of stretch and of shear [J/m^2]."""
+    stretched = 0.5 * (stretch[0] * e[0] * e[0] + stretch[1] * e[1] * e[1]) + stretch[2] * e[0] * e[1]
+    return ti.Vector([stretched, 0.5 * stretch[3] * e[2] * e[2]])
+
+
+@ti.func
+def slopes(f1, f2, g):
+    """Derivatives of (E11, E22, 2 E12), as rows, with respect to the corner whose hat gradient is g [1/m]."""
+    return ti.Matrix.rows([g[0] * f1, g[1] * f2, g[0] * f2 + g[1] * f1])
+
+
+@ti.func
 def tension_only(s):
     """The stress with its negative principal part cut off.
 

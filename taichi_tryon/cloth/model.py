@@ -16,6 +16,8 @@ from taichi_tryon.mesh.topology import Topology
 
 # laws of bending: by mid-edge normals, or by one constant matrix
 Bending = Literal["mid_edge", "constant"]
+# whose strain stretches the membrane: each triangle's own, or for the most part its mean around each vertex
+Membrane = Literal["plain", "nodal"]
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,9 @@ class Cloth:
     hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
     triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
     of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
-    bending says which law is taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest,
-    tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see ``Moduli``.
+    bending and membrane say which laws are taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,)
+    [m] at rest, tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see
+    ``Moduli``.
     """
 
     parts: tuple[Part, ...]
@@ -59,6 +62,7 @@ class Cloth:
     bend_friction: np.ndarray
     edge_rate: tuple[float, float]
     bending: Bending = "mid_edge"
+    membrane: Membrane = "plain"
 
     @property
     def vertex_count(self) -> int:
@@ -98,7 +102,9 @@ class Cloth:
         return np.where(rigid[:, 0], 1, np.where(rigid[:, 1], -1, 0))
 
     @staticmethod
-    def join(garments: list[tuple[GarmentMesh, Moduli]], bending: Bending = "mid_edge") -> Cloth:
+    def join(
+        garments: list[tuple[GarmentMesh, Moduli]], bending: Bending = "mid_edge", membrane: Membrane = "plain"
+    ) -> Cloth:
         """Put the garments' meshes one after the other."""
         parts, rows = [], []
         v = t = e = 0
@@ -130,7 +136,7 @@ class Cloth:
         arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
         stuck = arrays[10] + stuck_stiffness(*arrays[1:3], arrays[15])
         edge_rate = _edge_rate(arrays[8], arrays[7], arrays[10], stuck)
-        return Cloth(tuple(parts), *arrays, edge_rate=edge_rate, bending=bending)
+        return Cloth(tuple(parts), *arrays, edge_rate=edge_rate, bending=bending, membrane=membrane)
 
 
 def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from taichi_tryon.body.spec import BodySpec, PoseSpec
-from taichi_tryon.cloth.model import Bending
+from taichi_tryon.cloth.model import Bending, Membrane
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.fabric import FabricSpec
 from taichi_tryon.holds.spec import HoldSpec
@@ -69,6 +69,11 @@ class MeshSpec(Spec):
         "mid_edge",
         description="how curvature is found on the triangles; mid_edge: by normals at the edges' middles, converges on "
         "every mesh; constant: by one matrix, quadratic in the positions, cheaper, less exact on coarse triangles",
+    )
+    membrane: Membrane = Field(
+        "plain",
+        description="whose strain resists; plain: each triangle's; nodal: for nine tenths the mean around each vertex, "
+        "so that folds of few triangles do not resist by stretching",
     )
 
 

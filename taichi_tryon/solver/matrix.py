@@ -25,6 +25,7 @@ class Matrix:
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
         self.bending = elastic.bending
+        nodes = elastic.nodes
         inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
         low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
         for table, owners, width, label in (
@@ -35,8 +36,9 @@ class Matrix:
                 for used in [np.flatnonzero((weights > 0).sum(axis=1) == points)]
             ),
             (tapes, np.arange(len(tapes)), 2, 3),
+            *((nodes.members, np.arange(nodes.count), nodes.width, 4) for _ in range(nodes.present)),
         ):
-            more = _pairs(table, owners, width, label, base=3 if label != 1 else 4)
+            more = _pairs(table, owners, width, label, base=max(3, width))
             low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
         tables = fields.Tables()
         keys, pair = np.unique(low.astype(np.int64) * self.nv + high, return_inverse=True)
@@ -44,13 +46,13 @@ class Matrix:
         self.pair_count = len(keys)
         self.pair_i, self.pair_j = tables.scalars(i), tables.scalars(j)
         self._gather = []
-        for label in range(4):
+        for label in range(5):
             chosen = kind == label
             start, order = fields.group(pair[chosen], self.pair_count)
             self._gather.append((tables.scalars(start), tables.scalars(code[chosen][order])))
         (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
         self.sample_start, self.sample_code = self._gather[2]
-        self.tape_start, self.tape_code = self._gather[3]
+        (self.tape_start, self.tape_code), (self.node_start, self.node_code) = self._gather[3:]
 
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.lexsort((columns, rows))
@@ -97,6 +99,12 @@ class Matrix:
             for n in range(self.membrane_start[p], self.membrane_start[p + 1]):
                 code = self.membrane_code[n]
                 block += self.elastic.membrane_block(code // 9, code // 3 % 3, code % 3, inverse_dt, exact)
+            if ti.static(self.elastic.nodes.present):
+                width = ti.static(self.elastic.nodes.width)
+                for n in range(self.node_start[p], self.node_start[p + 1]):
+                    code = self.node_code[n]
+                    at = code // (width * width)
+                    block += self.elastic.node_block(at, code // width % width, code % width, inverse_dt)
             if ti.static(self.bending.hinged):
                 for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
                     code = self.hinge_code[n]
@@ -154,15 +162,17 @@ class Matrix:
 
 
 def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):
-    """All vertex pairs (low, high) within the rows of ``table`` (n, width), with code = owner, place of low, place of
-    high in base ``base``, and the label of their law."""
+    """All vertex pairs (low, high) within the rows of ``table`` (n, width), where -1 is none, with code = owner, place
+    of low, place of high in base ``base``, and the label of their law."""
     lows, highs, codes = [], [], []
     for a in range(width):
         for b in range(a + 1, width):
-            swap = table[:, a] > table[:, b]
-            lows.append(np.where(swap, table[:, b], table[:, a]))
-            highs.append(np.where(swap, table[:, a], table[:, b]))
+            there = (table[:, a] >= 0) & (table[:, b] >= 0)
+            one, other = table[there, a], table[there, b]
+            swap = one > other
+            lows.append(np.where(swap, other, one))
+            highs.append(np.where(swap, one, other))
             places = np.where(swap, b * base + a, a * base + b)
-            codes.append(owners * base * base + places)
+            codes.append(owners[there] * base * base + places)
     code = np.concatenate(codes)
     return np.concatenate(lows), np.concatenate(highs), code, np.full(len(code), label)

@@ -17,20 +17,26 @@ def turned(columns: np.ndarray) -> np.ndarray:
     return np.column_stack([POINTS @ columns.T, np.zeros(4)]) @ q.T + [1, 2, 3]
 
 
+def green(positions: np.ndarray) -> np.ndarray:
+    f = np.einsum("tik,tia->tak", positions[TRIANGLES], hat_gradients(REST))
+    metric = np.einsum("tak,tbk->tab", f, f) - np.eye(2)
+    return np.stack([metric[:, 0, 0] / 2, metric[:, 1, 1] / 2, metric[:, 0, 1]], axis=1)
+
+
 @pytest.mark.parametrize(
     ("warp", "weft", "shear"), [(0, 0, 0), (3.0, -2.0, 0), (0.0, 0.0, 12.0), (1.5, 0.5, -30.0), (-90, 200, 5)]
 )
 def test_strains_of_a_homogeneous_deformation(warp, weft, shear):
     g = np.radians(shear)
     columns = np.array([[1 + warp / 100, (1 + weft / 100) * np.sin(g)], [0, (1 + weft / 100) * np.cos(g)]])
-    found = maps.strains(turned(columns), TRIANGLES, hat_gradients(REST))
+    found = maps.strains(green(turned(columns)))
     assert found["strain_warp_percent"] == pytest.approx([warp] * 2, abs=1e-9)
     assert found["strain_weft_percent"] == pytest.approx([weft] * 2, abs=1e-9)
     assert found["shear_degree"] == pytest.approx([shear] * 2, abs=1e-6)
 
 
 def test_a_triangle_shrunk_to_a_point_has_finite_strains():
-    found = maps.strains(np.zeros((4, 3)), TRIANGLES, hat_gradients(REST))
+    found = maps.strains(green(np.zeros((4, 3))))
     assert found["strain_warp_percent"] == pytest.approx([-100] * 2)
     assert np.isfinite(found["shear_degree"]).all()
 

@@ -109,7 +109,8 @@ def as_sparse():
         blocks = np.concatenate([matrix.block.to_numpy(), matrix.diagonal.to_numpy()]).astype(float)
         if matrix.bending.constant:
             rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]
-            blocks = np.concatenate([blocks, matrix.far_value.to_numpy()[:, None, None] * np.eye(3)])
+            far = matrix.far_value.to_numpy()[: len(matrix.far_rows), None, None]
+            blocks = np.concatenate([blocks, far * np.eye(3)])
         i = 3 * rows[:, None, None] + np.arange(3)[:, None] + np.zeros((3, 3), int)
         j = 3 * columns[:, None, None] + np.arange(3)[None, :] + np.zeros((3, 3), int)
         return sp.csr_matrix((blocks.ravel(), (i.ravel(), j.ravel())), shape=(3 * nv, 3 * nv))

@@ -119,11 +119,12 @@ def test_elastic_rows_sum_to_zero(stepper, level, product):
     assert np.abs(product.of(np.ones((stepper.nv, 3)))).max() < 1e-6 * size
 
 
+@pytest.mark.parametrize("membrane", ["plain", "nodal"])
 def test_with_constant_bending_it_is_the_exact_derivative_of_the_force(
-    sheet, moduli, level, floor_and_ball_field, contact, make_forces, settings, as_sparse
+    membrane, sheet, moduli, level, floor_and_ball_field, contact, make_forces, settings, as_sparse
 ):
     """Stretched everywhere and bent: nothing is held, nothing left out, the way to the solution is Newton's own."""
-    cloth = Cloth.join([(sheet, moduli)], "constant")
+    cloth = Cloth.join([(sheet, moduli)], "constant", membrane)
     laws = (contact.stiffness, contact.thickness, contact.friction)
     step = ImplicitStep(cloth, floor_and_ball_field, level(5.0), laws, np.zeros(3), settings, Stopwatch())
     forces = make_forces(step)
@@ -138,3 +139,10 @@ def test_with_constant_bending_it_is_the_exact_derivative_of_the_force(
     found = (matrix @ direction.ravel()).reshape(-1, 3)
     assert found == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
     assert Product(step.potential.matrix).of(direction) == pytest.approx(found, abs=1e-6 * np.abs(found).max())
+    # crushed, it stays positive where no compression is in it
+    forces.at(flat * 0.9 + np.random.default_rng(0).normal(size=flat.shape) * 2e-3)
+    step.potential.matrix.assemble(0.0)
+    matrix = as_sparse(step.potential.matrix)
+    assert abs(matrix - matrix.T).max() < 1e-6 * abs(matrix).max()
+    eigenvalues = np.linalg.eigvalsh(matrix.toarray())
+    assert eigenvalues.min() > -1e-6 * eigenvalues.max()
