@@ -2,6 +2,9 @@
 
 Boxes around the paths of edges and triangles are sorted into the cells of a grid; every vertex looks for triangles in
 the cells of its own box, every edge for edges. What is found is sorted: the same pairs in the same order every run.
+
+While the cloth hardly moves, that is done once with a margin, and only those pairs are looked at again until a vertex
+has left it (Verlet 1967, "Computer experiments on classical fluids I").
 """
 
 from dataclasses import dataclass
@@ -17,6 +20,8 @@ from taichi_tryon.errors import StepFailure
 
 # cells of the grid at most, and their size in mean lengths of an edge
 CELLS, CELL_SIZE = 1 << 19, 1.5
+# how far vertices may go before all pairs are looked for again, in mean lengths of an edge
+MARGIN = 0.25
 
 
 @dataclass(frozen=True)
@@ -52,10 +57,31 @@ class Proximity:
         self.low, self.high = (ti.Vector.field(3, float, shape=self.count) for _ in range(2))
         self.cell = CELL_SIZE * edge_length + distance
         self.slots = 8
+        self.margin = MARGIN * edge_length
+        # pairs within the margin of where the cloth was ``seen``
+        self.known: Pairs | None = None
+        self.seen = ti.Vector.field(3, float, shape=nv)
+        self.peaks = fields.sums(2)
 
     def find(self) -> Pairs:
         """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
-        self._box()
+        self._measure(self.peaks)
+        longest, farthest = self.peaks.max(axis=0)
+        if not np.isfinite(longest + farthest):
+            raise StepFailure("positions or paths of the cloth are not finite")
+        if self.known is None or farthest > self.margin:
+            if longest > 0.5 * self.margin:
+                self.known = None
+                return self._search(0.0)
+            self.known = self._search(self.margin)
+            self._see()
+        near = np.empty(len(self.known), np.int32)
+        self._choose(self.known.kind, self.known.corners, near)
+        return self.known[near == 1]
+
+    def _search(self, margin: float) -> Pairs:
+        """All pairs on the paths, or where there is a ``margin`` [m] that vertices may go, in that of where they are."""
+        self._box(margin)
         low, size, shape = self._grid()
         count = np.zeros(2 * int(np.prod(shape)), np.int32)
         grid = (*low, size, *(int(n) for n in shape))
@@ -65,11 +91,11 @@ class Proximity:
         self._sort(*grid, start[:-1].copy(), items, 1)
         found = np.empty((self.lookers, self.slots), np.int32)
         number = np.zeros(self.lookers, np.int32)
-        self._look(*grid, start, items, found, number)
+        self._look(*grid, start, items, found, number, margin)
         if number.max() > self.slots:
             self.slots = 1 << int(number.max()).bit_length()
             found = np.empty((self.lookers, self.slots), np.int32)
-            self._look(*grid, start, items, found, number)
+            self._look(*grid, start, items, found, number, margin)
         first = np.repeat(np.arange(self.lookers), number)
         second = found[np.arange(self.slots) < number[:, None]]
         return self._pairs(np.sort(first * self.count + second))
@@ -85,8 +111,6 @@ class Proximity:
     def _grid(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
         low, high = self.low.to_numpy().min(axis=0), self.high.to_numpy().max(axis=0)
-        if not np.isfinite(high - low).all():
-            raise StepFailure("positions or paths of the cloth are not finite")
         size = self.cell
         while True:
             shape = np.floor((high - low) / size) + 1
@@ -95,15 +119,41 @@ class Proximity:
             size *= 1.26
 
     @ti.kernel
-    def _box(self):
+    def _measure(self, peaks: ti.types.ndarray()):
+        """The longest path, and the farthest that a vertex is from where it was seen, at either end of its path."""
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            longest, farthest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                away = self.x[i] - self.seen[i]
+                far = ti.max(away.norm(), (away + self.path[i]).norm())
+                # what is not a number must win over every number
+                longest = ti.max(longest, ti.cast(self.path[i].norm(), ti.f64))
+                farthest = ti.max(farthest, ti.cast(far, ti.f64)) if far < ti.math.inf else ti.math.inf
+            peaks[chunk, 0], peaks[chunk, 1] = longest, farthest
+
+    @ti.kernel
+    def _see(self):
+        for i in range(self.nv):
+            self.seen[i] = self.x[i]
+
+    @ti.kernel
+    def _choose(self, kind: ti.types.ndarray(), corners: ti.types.ndarray(), near: ti.types.ndarray()):
+        for p in range(kind.shape[0]):
+            i = ti.Vector([corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3]])
+            near[p] = ti.cast(self._may_meet(kind[p], i, 0.0), ti.i32)
+
+    @ti.kernel
+    def _box(self, margin: float):
         for b in range(self.count):
             i = self.corner[b]
             low, high = self.x[i[0]], self.x[i[0]]
             for k in range(3):
                 at = self.x[i[k]]
-                end = at + self.path[i[k]]
+                end = at + self.path[i[k]] if margin == 0.0 else at
                 low, high = ti.min(low, at, end), ti.max(high, at, end)
-            self.low[b], self.high[b] = low - 0.5 * self.distance, high + 0.5 * self.distance
+            wide = 0.5 * self.distance + margin
+            self.low[b], self.high[b] = low - wide, high + wide
 
     @ti.kernel
     def _sort(
@@ -125,6 +175,7 @@ class Proximity:
     def _look(
         self, x: float, y: float, z: float, size: float, nx: int, ny: int, nz: int,
         start: ti.types.ndarray(), items: ti.types.ndarray(), found: ti.types.ndarray(), number: ti.types.ndarray(),
+        margin: float,
     ):  # fmt: skip
         for q in range(self.lookers):
             origin = ti.Vector([x, y, z])
@@ -141,15 +192,15 @@ class Proximity:
                     least = ti.max(low, self.low[b])
                     at = ti.cast((least - origin) / size, ti.i32)
                     once = b > q and at[0] == i and at[1] == j and at[2] == k
-                    if once and (least <= ti.min(high, self.high[b])).all() and self._near(kind, q, b):
+                    if once and (least <= ti.min(high, self.high[b])).all() and self._near(kind, q, b, margin):
                         if count < found.shape[1]:
                             found[q, count] = b
                         count += 1
             number[q] = count
 
     @ti.func
-    def _near(self, kind: int, q: int, b: int):
-        """Whether the two share no corner and can come nearer than ``distance``."""
+    def _near(self, kind: int, q: int, b: int, margin: float):
+        """Whether the two share no corner and may meet."""
         p, r = self.corner[q], self.corner[b]
         i = ti.Vector([p[0], r[0], r[1], r[2]])
         apart = p[0] != r[0] and p[0] != r[1] and p[0] != r[2]
@@ -158,7 +209,14 @@ class Proximity:
             apart = apart and p[1] != r[0] and p[1] != r[1]
         near = False
         if apart:
-            now = distance(kind, self.x[i[0]], self.x[i[1]], self.x[i[2]], self.x[i[3]])
-            gone = reach(kind, self.path[i[0]], self.path[i[1]], self.path[i[2]], self.path[i[3]])
-            near = now < self.distance + gone
+            near = self._may_meet(kind, i, margin)
         return near
+
+    @ti.func
+    def _may_meet(self, kind: int, i, margin: float):
+        """Whether a pair can come nearer than ``distance`` on its paths, or where its corners go by the ``margin``."""
+        now = distance(kind, self.x[i[0]], self.x[i[1]], self.x[i[2]], self.x[i[3]])
+        gone = 2.0 * margin
+        if margin == 0.0:
+            gone = reach(kind, self.path[i[0]], self.path[i[1]], self.path[i[2]], self.path[i[3]])
+        return now < self.distance + gone

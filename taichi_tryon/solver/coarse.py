@@ -80,7 +80,7 @@ class CoarseSpace:
         if n < self.first_own:
             block = ti.cast(self.matrix.block[n], float)
         elif n < self.first_far:
-            block = self.matrix.own(n - self.first_own)
+            block = ti.cast(self.matrix.diagonal[n - self.first_own], float)
         elif ti.static(self.matrix.bending.constant):
             block = ti.cast(self.matrix.far_value[n - self.first_far], float) * ti.Matrix.identity(float, 3)
         return block
@@ -116,11 +116,32 @@ class CoarseSpace:
                     entries[row + 3 + r, column + c] = ti.cast(ba[r, c], ti.f32)
                     entries[row + 3 + r, column + 3 + c] = ti.cast(bb[r, c], ti.f32)
 
+    @ti.kernel
+    def _add_layers(self, entries: ti.types.ndarray(), count: int):
+        """What cloth lays on cloth, one pair after the other, since many add to the same entries."""
+        for _once in range(1):
+            for p in range(count):
+                for a in range(4):
+                    for b in range(4):
+                        i, j = self.matrix.layers.corner[p][a], self.matrix.layers.corner[p][b]
+                        if self.patch[i] <= self.patch[j]:
+                            weight = self.matrix.layers.weight[p][a] * self.matrix.layers.weight[p][b]
+                            block = self.matrix.masked(i, j, weight * self.matrix.layers.hold[p])
+                            left = cross_matrix(ti.cast(self.arm[i], float))
+                            turn = block @ cross_matrix(ti.cast(self.arm[j], float))
+                            row, column = 6 * self.patch[i], 6 * self.patch[j]
+                            _add(entries, row, column, block)
+                            _add(entries, row, column + 3, -turn)
+                            _add(entries, row + 3, column, left @ block)
+                            _add(entries, row + 3, column + 3, -left @ turn)
+
     def update(self):
         """Gather and invert E for the matrix and positions as they are."""
         e = self.entries
         e.fill(0.0)
         self._gather(e)
+        if self.matrix.layered:
+            self._add_layers(e, self.matrix.layers.count)
         diagonal = np.einsum("ii->i", e)
         # a patch that is held everywhere has no motion left
         diagonal += SHIFT * diagonal + 1e-12 * diagonal.max()
@@ -164,6 +185,13 @@ class CoarseSpace:
         shift = ti.Vector([self.corrected[c], self.corrected[c + 1], self.corrected[c + 2]])
         turn = ti.Vector([self.corrected[c + 3], self.corrected[c + 4], self.corrected[c + 5]])
         return shift + turn.cross(self.arm[i])
+
+
+@ti.func
+def _add(entries: ti.template(), row: int, column: int, block):
+    for r in range(3):
+        for c in range(3):
+            entries[row + r, column + c] = entries[row + r, column + c] + ti.cast(block[r, c], ti.f32)
 
 
 @ti.func

@@ -22,8 +22,8 @@ class ConjugateGradients:
     def __init__(self, matrix, local, coarse=None):
         self.matrix, self.local, self.coarse, self.nv = matrix, local, coarse, matrix.nv
         self.two_level = coarse is not None
-        # one launch is enough where there is one thread
-        self.alone = ti.cfg.arch == ti.cpu and ti.cfg.cpu_max_num_threads == 1
+        # on a CPU the parts of an iteration are too short to be shared out: waking threads costs what they save
+        self.alone = ti.cfg.arch == ti.cpu
         self.b = ti.Vector.field(3, float, shape=self.nv)
         # one entry more for the vertices that a local block lacks
         self.r, self.z = (ti.Vector.field(3, ti.f32, shape=self.nv + 1) for _ in range(2))
@@ -61,7 +61,7 @@ class ConjugateGradients:
 
     @ti.kernel
     def _iterate_alone(self, tolerance: float, count: int) -> int:
-        """Up to ``count`` iterations by one thread, with the same bits; returns how many."""
+        """Up to ``count`` iterations by one thread in one launch, with the same bits; returns how many."""
         done = 0
         for _once in range(1):
             while done < count and self.going[None] == 1:

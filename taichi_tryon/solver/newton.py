@@ -116,7 +116,7 @@ class Newton:
     def _aim(self, longest: float, anew: bool = False) -> bool:
         """Aim along d, where ``anew`` that of the right-hand side as it is now; whether it is finite."""
         if anew:
-            self._solve(refresh=False)
+            self._solve(refresh=True)
         return self.way.aim(self.linear.d, longest)
 
     # -- the way along it -----------------------------------------------------------------------------------------

@@ -30,8 +30,9 @@ def test_off_the_body_nothing_is_felt(felt, flat, law):
 
 
 def test_what_sleeps_feels_what_it_would_feel_awake(felt, flat, law):
-    """The piece comes down from 20 cm by millimetres, and lifts off again."""
-    field, heights = felt.law.body, np.r_[np.arange(0.2, 0.0, -3e-3), law.thickness - DEPTH, np.arange(0.0, 0.2, 3e-3)]
+    """The piece comes down from 5 cm by fractions of a millimetre, and lifts off again."""
+    down = np.arange(0.05, 0.0, -5e-4)
+    field, heights = felt.law.body, np.r_[down, law.thickness - DEPTH, down[::-1]]
     felt.start(flat(heights[0]))
     asleep = 0
     for height in heights:

@@ -97,7 +97,7 @@ def test_one_thread_by_itself_gives_the_same_bits(solver):
         solver.alone = alone
         counts.append(solver.solve(1e-4, 500)[0])
         results.append(solver.d.to_numpy())
-    solver.alone = False
+    assert solver.alone
     assert np.array_equal(*results)
     # several threads look only now and then whether they are done
     assert 0 <= counts[0] - counts[1] < ITERATIONS_A_LOOK
