@@ -172,12 +172,12 @@ def test_bench(tmp_path, capsys, monkeypatch):
     from taichi_tryon.bench.record import relative
 
     calls, found = [], suite.Finished([relative("strip", {"cut": "warp"}, "force", "N", 1.1, 1.0, 5.0, 0.1)], {})
-    monkeypatch.setattr(suite, "run_suite", lambda *options, say: calls.append(options) or found)
+    monkeypatch.setattr(suite, "run_suite", lambda *options, **others: calls.append(options) or found)
     assert call("bench", "accuracy", "--quick", "--case", "uniaxial", "--output", tmp_path) == 0
     assert calls == [("accuracy", True, tmp_path, ["uniaxial"])]
     text = capsys.readouterr().out
     assert "MISSED" in text and "0 of 1 limits met" in text
-    monkeypatch.setattr(suite, "run_suite", lambda *options, say: suite.Finished([], {"strip": "no step"}))
+    monkeypatch.setattr(suite, "run_suite", lambda *options, **others: suite.Finished([], {"strip": "no step"}))
     assert call("bench", "accuracy") == 3
 
 

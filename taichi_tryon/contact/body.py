@@ -127,7 +127,8 @@ class BodyContact:
     def _evaluate(self, travelled: float):
         for s in range(self.count):
             point = self._at(self.x, s)
-            if (point - self.seen[s]).norm() + travelled >= self.until[s]:
+            # what is not a number is not asleep
+            if not (point - self.seen[s]).norm() + travelled < self.until[s]:
                 gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
                 depth = ti.max(self.thickness[None] - gap, 0.0)
                 self.depth[s], self.seen[s] = depth, point

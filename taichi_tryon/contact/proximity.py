@@ -80,7 +80,7 @@ class Proximity:
         return self.known[near == 1]
 
     def _search(self, margin: float) -> Pairs:
-        """All pairs on the paths, or where there is a ``margin`` [m] that vertices may go, in that of where they are."""
+        """All pairs on the paths, or within the ``margin`` [m] that vertices may go, where there is one."""
         self._box(margin)
         low, size, shape = self._grid()
         count = np.zeros(2 * int(np.prod(shape)), np.int32)

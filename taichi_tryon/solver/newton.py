@@ -79,6 +79,8 @@ class Newton:
         so far in a step that the direction from its start leads astray."""
         here = self.potential.value()
         share = self.way.toward(self.potential.x_hat, self.potential.free, self.settings.longest_move)
+        if share == 0.0:
+            return
         if self._look(share) < here:
             self.potential.bind(ahead)
         else:

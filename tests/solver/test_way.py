@@ -1,5 +1,7 @@
 """The way of the cloth: a part of a direction, measured, and shortened where cloth would meet cloth."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -11,11 +13,22 @@ from taichi_tryon.timing import Stopwatch
 COUNT = 100
 
 
+@ti.data_oriented
+class Nowhere:
+    """A contact with a body that may be near everywhere."""
+
+    body = SimpleNamespace(travelled=0.0)
+
+    @ti.func
+    def room(self, i: int, travelled: float) -> float:
+        return 0.0
+
+
 @pytest.fixture(scope="module")
 def way():
     """Of points without layers, and a direction to go."""
     x, path, direction = (ti.Vector.field(3, float, shape=COUNT) for _ in range(3))
-    way = Way(x, path, None, Stopwatch())
+    way = Way(x, path, Nowhere(), None, Stopwatch())
     way.direction = direction
     return way
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from taichi_tryon.bench.pareto.problem import FRAME
 from taichi_tryon.cloth.model import Cloth
-from taichi_tryon.output.maps import strains
+from taichi_tryon.cloth.nodal import strains
+from taichi_tryon.output import maps
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Tracker:
 
 def stretched(positions: np.ndarray, cloth: Cloth) -> float:
     """Size of the strain below which 99 % of the triangles are, along warp or weft, whichever is greater."""
-    found = strains(positions, cloth.triangles, cloth.gradients)
+    found = maps.strains(strains(cloth, positions))
     return max(float(np.percentile(np.abs(found[f"strain_{way}_percent"]), 99)) for way in ("warp", "weft")) / 100
 
 
