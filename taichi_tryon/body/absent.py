@@ -10,7 +10,7 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
-    travelled, unreached = 0.0, np.inf
+    travelled = 0.0
 
     def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
         """There is nothing to move."""
@@ -26,6 +26,10 @@ class AbsentField:
     @ti.func
     def gap_within(self, x, band):
         return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0
+
+    @ti.func
+    def clearance(self, x) -> float:
+        return ti.math.inf
 
     @ti.func
     def motion(self, x, winner):

@@ -31,11 +31,8 @@ class BodyField:
 
     ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
-    in all: between two moments no point of it has gone further than the difference. ``unreached`` [m] is the least
-    distance that is known where no ball reaches: none.
+    in all: between two moments no point of it has gone further than the difference.
     """
-
-    unreached = 0.0
 
     def __init__(self, body: Body, margin: float = 0.0):
         balls = body.balls
@@ -64,6 +61,7 @@ class BodyField:
         self.bounded = tables.scalars(bounded.all(axis=1))
         tables.fill()
         self.travelled = 0.0
+        self.steepest = _steepest(balls)
         self._balls: Balls | None = None
         self._now: np.ndarray | None = None
         self._shifts: np.ndarray | None = None
@@ -178,6 +176,12 @@ class BodyField:
     def density(self, x):
         """W (eq. 2)."""
         return self._sums(x, self._cell(x)).max()
+
+    @ti.func
+    def clearance(self, x):
+        """Least distance [m] of x from the skin of any group, whichever wins there; 0 inside. Never overrated, unlike a
+        gap, as W^(1/3) of no group changes by more than ``steepest`` a metre."""
+        return ti.max(0.0, 1.0 - ti.max(self.density(x), 0.0) ** (1.0 / 3.0)) / self.steepest
 
     @ti.func
     def query(self, x):
@@ -304,3 +308,13 @@ def _travel(before: Balls | None, after: Balls) -> float:
     # what reaches to infinity goes far where it turns
     arc = np.where(turn > 0, turn * np.minimum(after.radii, FARTHEST), 0.0).sum(axis=1)
     return float((np.linalg.norm(after.centers - before.centers, axis=1) + arc).max())
+
+
+def _steepest(balls: Balls) -> float:
+    """Bound [1/m] of the gradient of any group's W^(1/3).
+
+    That of one ball is u = w^(1/3) (1 - s), its slope at most l = 2 w^(1/3) / r, r the least radius. Of a sum of balls,
+    W = sum u^3, it is sum u^2 |grad u| / W^(2/3), by Hoelder's inequality at most (sum l^3)^(1/3).
+    """
+    slopes = 2 * np.cbrt(np.abs(balls.weights)) / balls.radii.min(axis=1)
+    return float(np.cbrt((slopes[:, None] ** 3 * balls.membership).sum(axis=0)).max())

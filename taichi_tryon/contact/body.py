@@ -22,8 +22,6 @@ from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
-# part of the way to the skin that a sample may go before it is looked at again
-ASLEEP = 0.5
 # depth, in contact thicknesses, from which the pressure grows linearly
 STIFF = 3.0
 # cloth further off the body than this is not carried along with it [m]
@@ -132,8 +130,7 @@ class BodyContact:
                 gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
                 depth = ti.max(self.thickness[None] - gap, 0.0)
                 self.depth[s], self.seen[s] = depth, point
-                known = gap if normal.any() else self.body.unreached
-                self.until[s] = travelled + ASLEEP * (known - self.thickness[None] - BAND)
+                self.until[s] = -1.0
                 if depth > 0.0:
                     self.normal[s] = normal
                     path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
@@ -141,6 +138,7 @@ class BodyContact:
                     self._respond(s)
                 else:
                     self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+                    self.until[s] = travelled + self.body.clearance(point) - self.thickness[None]
 
     @ti.func
     def room(self, i: int, travelled: float) -> float:

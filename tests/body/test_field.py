@@ -26,7 +26,7 @@ class Probe:
         self.slope, self.normal, self.shift = (ti.Vector.field(3, float, COUNT) for _ in range(3))
         self.curvature = ti.Matrix.field(3, 3, float, COUNT)
         self.winner = ti.field(ti.i32, COUNT)
-        self.only_density = ti.field(float, COUNT)
+        self.only_density, self.clearance = (ti.field(float, COUNT) for _ in range(2))
 
     def ask(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Answers at x (k, 3), k up to COUNT, as arrays."""
@@ -34,7 +34,8 @@ class Probe:
         padded[: len(x)] = x
         self.x.from_numpy(padded)
         self._ask()
-        names = ("value", "distance", "culled", "slope", "normal", "shift", "curvature", "winner", "only_density")
+        names = ("value", "distance", "culled", "slope", "normal", "shift", "curvature", "winner", "only_density",
+                 "clearance")  # fmt: skip
         return {name: getattr(self, name).to_numpy()[: len(x)] for name in names}
 
     @ti.kernel
@@ -43,6 +44,7 @@ class Probe:
             x = self.x[i]
             self.value[i], self.slope[i], self.winner[i] = self.field.query(x)
             self.only_density[i] = self.field.density(x)
+            self.clearance[i] = self.field.clearance(x)
             self.curvature[i] = self.field.hessian(x, self.winner[i])
             self.shift[i] = self.field.motion(x, self.winner[i])
             distance, normal, _ = self.field.gap(x)
@@ -111,6 +113,19 @@ def test_gap_near_the_skin(posed, skin_points):
     np.testing.assert_allclose(np.linalg.norm(got["normal"], axis=1), 1, atol=1e-12)
     touching = np.abs(distances) < 1e-3
     np.testing.assert_allclose(got["culled"][touching], got["distance"][touching], atol=1e-12)
+
+
+def test_no_skin_is_nearer_than_the_clearance(posed, skin_points):
+    """Which a gap may overrate, where a group wins whose skin is not the nearest."""
+    probe, balls = posed
+    for far in (0.002, 0.05):
+        x, distances = skin_points(balls, COUNT, far)
+        clearance = probe.ask(x)["clearance"]
+        assert (clearance <= np.abs(distances) + 1e-9).all()
+        # what is deep under one skin may have come out of another
+        assert (clearance[distances < -1e-3] == 0).mean() > 0.99 and clearance.max() > 5e-4
+    off = probe.ask(np.array([[5.0, 0.0, 0.0]]))["clearance"]
+    assert off == pytest.approx(1 / probe.field.steepest)
 
 
 def test_deep_points_find_the_way_out(posed, skin_points):
