@@ -123,7 +123,7 @@ def test_no_skin_is_nearer_than_the_clearance(posed, skin_points):
         clearance = probe.ask(x)["clearance"]
         assert (clearance <= np.abs(distances) + 1e-9).all()
         # what is deep under one skin may have come out of another
-        assert (clearance[distances < -1e-3] == 0).mean() > 0.99 and clearance.max() > 5e-4
+        assert (clearance[distances < -1e-3] == 0).mean() > 0.95 and clearance.max() > 5e-4
     off = probe.ask(np.array([[5.0, 0.0, 0.0]]))["clearance"]
     assert off == pytest.approx(1 / probe.field.steepest)
 
