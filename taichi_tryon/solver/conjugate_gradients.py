@@ -7,6 +7,8 @@ from taichi_tryon import fields
 
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
+# below this part of the start, signs are those of single precision's rounding
+ROUNDING = 1e-4
 
 
 @ti.data_oriented
@@ -114,7 +116,8 @@ class ConjugateGradients:
             self.gamma_start[None] = gamma
         beta = 0.0 if first else gamma / last
         curvature = dots[1] if first else dots[1] - beta * gamma / self.step[None]
-        if self.going[None] == 1 and (curvature < 0.0 or gamma < 0.0):
+        rounded = ti.abs(gamma) < ROUNDING * ROUNDING * self.gamma_start[None]
+        if self.going[None] == 1 and not rounded and (curvature < 0.0 or gamma < 0.0):
             self.indefinite[None] = 1
         if not (curvature > 0.0 and gamma > tolerance * tolerance * self.gamma_start[None]):
             self.going[None] = 0

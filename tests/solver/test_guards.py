@@ -1,6 +1,7 @@
 """Directions that bring no cloth to cloth, what they cost, and what is done where they fail."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,6 +61,8 @@ def test_springs_in_a_matrix_that_is_not_positive_definite_get_one_that_is(two_s
     """The upper sheet is pressed together by a tenth: its exact Hessian is not."""
     step = thrown(two_sheets, start, 4e-3)
     step.newton._assemble(exact=True)
+    # stiff springs leave single precision about two digits
+    step.newton.settings = replace(step.settings, linear_tolerance=1e-2)
     assert stay_apart(step) and step.layers.count > 0
     assert not step.newton._exact and step.newton.linear.indefinite[None] == 0
     assert step.layers.keep_apart() > 0.5
