@@ -46,7 +46,21 @@ class ConjugateGradients:
 
     @ti.kernel
     def _iterate(self, tolerance: float):
-        """One iteration, each part of it by all threads."""
+        """One iteration, each loop of it by all threads."""
+        self._iteration(tolerance)
+
+    @ti.kernel
+    def _iterate_alone(self, tolerance: float, count: int) -> int:
+        """Up to ``count`` iterations by one thread in one launch, with the same bits; returns how many."""
+        done = 0
+        for _once in range(1):
+            while done < count and self.going[None] == 1:
+                self._iteration(tolerance)
+                done += 1
+        return done
+
+    @ti.func
+    def _iteration(self, tolerance: float):
         if ti.static(self.two_level):
             for J in range(self.coarse.patch_count):
                 self.coarse.restrict(J, self.r)
@@ -60,27 +74,6 @@ class ConjugateGradients:
             self._choose_step(tolerance)
         for chunk in range(fields.CHUNKS):
             self._go_on(chunk)
-
-    @ti.kernel
-    def _iterate_alone(self, tolerance: float, count: int) -> int:
-        """Up to ``count`` iterations by one thread in one launch, with the same bits; returns how many."""
-        done = 0
-        for _once in range(1):
-            while done < count and self.going[None] == 1:
-                if ti.static(self.two_level):
-                    for J in range(self.coarse.patch_count):
-                        self.coarse.restrict(J, self.r)
-                    for b in range(self.coarse.row_blocks):
-                        self.coarse.solve_rows(b)
-                for c in range(self.local.count):
-                    self._precondition(c)
-                for chunk in range(fields.CHUNKS):
-                    self._multiply(chunk)
-                self._choose_step(tolerance)
-                for chunk in range(fields.CHUNKS):
-                    self._go_on(chunk)
-                done += 1
-        return done
 
     @ti.func
     def _precondition(self, c: int):
