@@ -2,8 +2,8 @@
 
 The cloth is divided into a hundred patches or so; each may move as a rigid body, which, unlike a polynomial, does not
 lock on curved cloth. The coarse matrix E = P^T A P is gathered, inverted densely, and added to the local part:
-z = D^-1 r + P E^-1 P^T r. Patches that do not overlap take twice as many iterations as hats that do on a flat sheet, but
-no more on a garment, and a quarter of the work (aggregation as in Blaheta 1988, "A multilevel method with
+z = D^-1 r + P E^-1 P^T r. Patches that do not overlap take twice as many iterations as hats that do on a flat sheet,
+but no more on a garment, and a quarter of the work (aggregation as in Blaheta 1988, "A multilevel method with
 overcorrection by aggregation for solving discrete elliptic problems").
 """
 
