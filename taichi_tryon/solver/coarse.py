@@ -13,6 +13,7 @@ from scipy.linalg import lapack
 from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
+from taichi_tryon.solver.matrix import unpadded
 
 MODES = 6
 # vertices of a patch, and the greatest number of patches: E is dense
@@ -78,9 +79,9 @@ class CoarseSpace:
         """Block of the matrix that counts as n."""
         block = ti.Matrix.zero(float, 3, 3)
         if n < self.first_own:
-            block = ti.cast(self.matrix.block[n], float)
+            block = unpadded(self.matrix.block[n])
         elif n < self.first_far:
-            block = ti.cast(self.matrix.diagonal[n - self.first_own], float)
+            block = unpadded(self.matrix.diagonal[n - self.first_own])
         elif ti.static(self.matrix.bending.constant):
             block = ti.cast(self.matrix.far_value[n - self.first_far], float) * ti.Matrix.identity(float, 3)
         return block
@@ -159,12 +160,13 @@ class CoarseSpace:
 
     @ti.func
     def restrict(self, J: int, r: ti.template()):
-        """P^T r at patch J, into ``restricted``."""
+        """P^T r at patch J, into ``restricted``; of r the first three entries count."""
         force, torque = ti.Vector([0.0, 0.0, 0.0], ti.f32), ti.Vector([0.0, 0.0, 0.0], ti.f32)
         for n in range(self.member_start[J], self.member_start[J + 1]):
             i = self.member[n]
-            force += r[i]
-            torque += self.arm[i].cross(r[i])
+            here = ti.Vector([r[i][0], r[i][1], r[i][2]])
+            force += here
+            torque += self.arm[i].cross(here)
         for k in ti.static(range(3)):
             self.restricted[6 * J + k] = force[k]
             self.restricted[6 * J + 3 + k] = torque[k]

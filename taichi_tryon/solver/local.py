@@ -8,6 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.solver.matrix import unpadded
 
 
 @ti.data_oriented
@@ -80,7 +81,7 @@ class LocalBlocks:
             for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                 j = self.matrix.column[n]
                 if self.owner[j] == c:
-                    block = ti.cast(self.matrix.block[n], float)
+                    block = unpadded(self.matrix.block[n])
                     self._put(chunk, a, self.slot[j], self.matrix.masked(i, j, block))
             if ti.static(self.matrix.bending.constant):
                 for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):
