@@ -154,9 +154,17 @@ class CoarseSpace:
                 diagonal *= 1 + 1e-3
                 factor, fault = lapack.spotrf(e.T, lower=1)
             inverse, fault = lapack.spotri(factor, lower=1) if not fault else (np.zeros_like(e), 0)
-        rows = np.zeros((self.row_blocks * ROWS, self.size), np.float32)
-        rows[: self.size] = np.tril(inverse) + np.tril(inverse, -1).T
-        self.inverse.from_numpy(rows.reshape(self.row_blocks, ROWS, self.size).transpose(0, 2, 1).copy())
+        self._take(inverse.T)
+
+    @ti.kernel
+    def _take(self, upper: ti.types.ndarray()):
+        """Let E^-1 be the symmetric matrix whose upper triangle is given."""
+        for b in range(self.row_blocks):
+            for m in range(self.size):
+                for k in ti.static(range(ROWS)):
+                    row = ROWS * b + k
+                    if row < self.size:
+                        self.inverse[b, m][k] = upper[ti.min(row, m), ti.max(row, m)]
 
     @ti.func
     def restrict(self, J: int, r: ti.template()):

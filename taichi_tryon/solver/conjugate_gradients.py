@@ -88,7 +88,7 @@ class ConjugateGradients:
     def _precondition(self, chunk: int):
         """z = D^-1 r + P E^-1 P^T r, and the chunk's share of r.z."""
         low, high = fields.chunk_bounds(chunk, self.local.count)
-        dot = ti.cast(0.0, ti.f64)
+        dots = ti.Vector([0.0] * 4, ti.f64)
         for c in range(low, high):
             self.local.solve(c, self.r, self.z)
             for a in range(self.local.size):
@@ -102,8 +102,8 @@ class ConjugateGradients:
                         z[k] += shift[k]
                     z *= self.matrix.mask[i]
                     self.z[i] = z
-                    dot += ti.cast(self.r[i].dot(z), ti.f64)
-        self.partial[chunk] = dot
+                    dots += ti.cast(self.r[i] * z, ti.f64)
+        self.partial[chunk] = dots.sum()
 
     @ti.func
     def _sum(self):
@@ -139,12 +139,12 @@ class ConjugateGradients:
     def _multiply(self, chunk: int):
         """A p, and the chunk's share of p.A p."""
         low, high = fields.chunk_bounds(chunk, self.nv)
-        dot = ti.cast(0.0, ti.f64)
+        dots = ti.Vector([0.0] * 4, ti.f64)
         for i in range(low, high):
             product = self.matrix.row_product(i, self.p)
             self.ap[i] = product
-            dot += ti.cast(self.p[i].dot(product), ti.f64)
-        self.partial[chunk] = dot
+            dots += ti.cast(self.p[i] * product, ti.f64)
+        self.partial[chunk] = dots.sum()
 
     @ti.func
     def _choose_step(self):
