@@ -208,6 +208,7 @@ class ImplicitStep:
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "touched": self.flight.touched,
+            "coasting_waits": np.array(self.newton.wait),
             **self.elastic.state(),
         }
 
@@ -217,6 +218,7 @@ class ImplicitStep:
         fields.upload(self.v, state["velocities"])
         fields.upload(self.a, state["accelerations"])
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
+        self.newton.wait = int(state["coasting_waits"])
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         self.elastic.restore(state)
