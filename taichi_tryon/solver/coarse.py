@@ -16,12 +16,18 @@ from taichi_tryon import fields
 from taichi_tryon.solver.matrix import unpadded
 
 MODES = 6
-# vertices of a patch, and the greatest number of patches: E is dense
-VERTICES_PER_PATCH, MOST_PATCHES = 50, 160
+# vertices of a patch at least, and the number of patches over the cube root of that of the vertices at most: inverting
+# E, which is dense, then costs a constant part of what the other vectors' work does
+VERTICES_PER_PATCH, MOST_PATCHES = 50, 4.6
 # rows of the inverse that are worked on together
 ROWS = 16
 # share of the diagonal added to E
 SHIFT = 3e-6
+
+
+def patch_count(vertices: int) -> int:
+    """How many patches so many vertices are best divided into."""
+    return int(np.clip(MOST_PATCHES * np.cbrt(vertices), 1, max(1, vertices // VERTICES_PER_PATCH)))
 
 
 @ti.data_oriented

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichi_tryon.solver import guards
-from taichi_tryon.solver.coarse import MOST_PATCHES, VERTICES_PER_PATCH, CoarseSpace
+from taichi_tryon.solver.coarse import CoarseSpace, patch_count
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.local import LocalBlocks
 from taichi_tryon.solver.partition import blocks, patches
@@ -191,7 +191,7 @@ def _linear(cloth, potential: Potential, preconditioner: str) -> ConjugateGradie
     matrix, nv = potential.matrix, cloth.vertex_count
     if preconditioner == "block_jacobi":
         return ConjugateGradients(matrix, LocalBlocks(matrix, np.arange(nv), 1))
-    patch = patches(cloth, int(np.clip(nv // VERTICES_PER_PATCH, 1, MOST_PATCHES)))
+    patch = patches(cloth, patch_count(nv))
     reach = float(np.sqrt(cloth.areas.sum() / (patch.max() + 1)))
     local = LocalBlocks(matrix, blocks(potential.x.to_numpy(), patch, LOCAL_SIZE), LOCAL_SIZE)
     return ConjugateGradients(matrix, local, CoarseSpace(matrix, potential.x, patch, reach))
