@@ -120,23 +120,29 @@ class BodyField:
     def query(self, x):
         """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
         cell = self.cells.at(x)
-        sums = self._sums(x, cell)
+        sums = ti.Vector.zero(float, self.groups)
+        inwards = ti.Matrix.zero(float, self.groups, 3)
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
+            r = x - self.center[k]
+            inward = self.quadratic[k] @ r
+            rest = 1 - r.dot(inward)
+            if rest > 0:
+                slope = self.weight[k] * rest * rest
+                member = self.member[k]
+                for g in ti.static(range(self.groups)):
+                    if member >> g & 1:
+                        sums[g] += slope * rest
+                        for i in ti.static(range(3)):
+                            inwards[g, i] += slope * inward[i]
         winner = 0
         value = sums[0]
+        gradient = -6 * inwards[0, :]
         for g in ti.static(range(1, self.groups)):
             if sums[g] > value:
                 value = sums[g]
+                gradient = -6 * inwards[g, :]
                 winner = g
-        gradient = ti.Vector.zero(float, 3)
-        if value > 0:
-            for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
-                k = self.cells.ball[e]
-                if self.member[k] >> winner & 1:
-                    r = x - self.center[k]
-                    inward = self.quadratic[k] @ r
-                    rest = 1 - r.dot(inward)
-                    if rest > 0:
-                        gradient -= 6 * self.weight[k] * rest * rest * inward
         return value, gradient, winner
 
     @ti.func
