@@ -57,7 +57,7 @@ class BallCells:
 
     @ti.kernel
     def _count(self, own: ti.types.ndarray(), span: ti.types.ndarray(), endless: ti.types.ndarray()) -> ti.i32:
-        """Each list's length, put where its end will stand, and where each column's lists begin; length of all lists."""
+        """Each list's length, put where its end will stand, where each column's lists begin; the length of all."""
         shape = self.shape[None]
         for column in range(shape[0] * shape[2]):
             total = 0
