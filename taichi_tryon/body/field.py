@@ -32,6 +32,8 @@ class BodyField:
     in all: between two moments no point of it has gone further than the difference.
     """
 
+    present = True
+
     def __init__(self, body: Body, margin: float = 0.0):
         balls = body.balls
         self.body = body

@@ -42,6 +42,7 @@ class BodyContact:
         self.samples = samples
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
+        room = max(self.count, 1)
         tables = fields.Tables()
         self.vertex = tables.vectors(samples.vertices)
         self.weight = tables.vectors(samples.weights)
@@ -49,13 +50,13 @@ class BodyContact:
         self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
-        self.stick, self.limit, self.along = (ti.field(float, shape=self.count) for _ in range(3))
-        self.depth = ti.field(float, shape=self.count)
-        self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=self.count) for _ in range(4))
-        self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
+        self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
+        self.depth = ti.field(float, shape=room)
+        self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
+        self.hold = ti.Matrix.field(3, 3, float, shape=room)
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
-        self.seen = ti.Vector.field(3, float, shape=self.count)
-        self.until = ti.field(float, shape=self.count)
+        self.seen = ti.Vector.field(3, float, shape=room)
+        self.until = ti.field(float, shape=room)
         self.until.fill(-1.0)
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
@@ -143,8 +144,10 @@ class BodyContact:
     @ti.func
     def room(self, i: int, travelled: float) -> float:
         """How far vertex i may go at least [m] before it could touch the body; 0 where that is not known."""
-        # the first samples are the vertices
-        return ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
+        free = ti.cast(ti.math.inf, float)
+        if ti.static(self.count > 0):  # the first samples are the vertices
+            free = ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
+        return free
 
     @ti.kernel
     def bind(self, first: int, ahead: float):
@@ -228,6 +231,6 @@ class BodyContact:
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
-        depth, t = self.depth.to_numpy(), self.thickness[None]
+        depth, t = self.depth.to_numpy()[: self.count], self.thickness[None]
         shallow = np.minimum(depth, STIFF * t)
         return self.stiffness[None] * shallow * (2 * depth - shallow) / t
