@@ -53,7 +53,6 @@ class BodyContact:
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
         self.depth = ti.field(float, shape=room)
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
-        self.hold = ti.Matrix.field(3, 3, float, shape=room)
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
         self.seen = ti.Vector.field(3, float, shape=room)
         self.until = ti.field(float, shape=room)
@@ -90,19 +89,28 @@ class BodyContact:
         return self.stiffness[None] * shallow * (shallow * shallow / 3.0 + d * (d - shallow)) / t
 
     @ti.func
-    def _respond(self, s: int):
-        """Force on sample s [N] and its Hessian [N/m], from depth, normal and drag."""
-        n, drag = self.normal[s], self.drag[s]
-        normal_part = n.outer_product(n)
-        length = drag.norm()
-        bond = self.stick[s]
+    def _bond(self, s: int) -> float:
+        """Friction on sample s over its drag [N/m]."""
+        bond, length = self.stick[s], self.drag[s].norm()
         if bond * length > self.limit[s]:
             bond = self.limit[s] / length
-        self.load[s] = self._pressure(s) * self.area[s] * n - bond * drag
+        return bond
+
+    @ti.func
+    def _respond(self, s: int):
+        """Force on sample s [N], from depth, normal and drag."""
+        self.load[s] = self._pressure(s) * self.area[s] * self.normal[s] - self._bond(s) * self.drag[s]
+
+    @ti.func
+    def _hold(self, s: int):
+        """Hessian of sample s [N/m], which few enough feel to make it where it is asked for."""
+        n, drag, bond = self.normal[s], self.drag[s], self._bond(s)
+        normal_part = n.outer_product(n)
+        length = drag.norm()
         hold = bond * (ti.Matrix.identity(float, 3) - normal_part)
         if self.along[s] < 1.0 and length > 0.0:
             hold -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
-        self.hold[s] = self._steepness(s) * self.area[s] * normal_part + hold
+        return self._steepness(s) * self.area[s] * normal_part + hold
 
     @ti.kernel
     def carry(self, part: float):
@@ -196,7 +204,7 @@ class BodyContact:
         """Hessian block of sample s between its corners a and b."""
         result = ti.Matrix.zero(float, 3, 3)
         if self.depth[s] > 0.0:
-            result = self.weight[s][a] * self.weight[s][b] * self.hold[s]
+            result = self.weight[s][a] * self.weight[s][b] * self._hold(s)
         return result
 
     @ti.func
@@ -206,7 +214,7 @@ class BodyContact:
         for n in range(self.entry_start[i], self.entry_start[i + 1]):
             s, k = self.entry[n] // 3, self.entry[n] % 3
             if self.depth[s] > 0.0:
-                part = self.weight[s][k] * self.hold[s]
+                part = self.weight[s][k] * self._hold(s)
                 total += part
                 own += self.weight[s][k] * part
         return total, own
