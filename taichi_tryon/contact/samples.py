@@ -27,6 +27,11 @@ class Samples:
     areas: np.ndarray
 
     @staticmethod
+    def none() -> Samples:
+        """Those of cloth that there is no body for."""
+        return Samples(np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0))
+
+    @staticmethod
     def of(triangles: np.ndarray, areas: np.ndarray, edges: np.ndarray, triangle_edges: np.ndarray, nv: int) -> Samples:
         """Samples of a mesh: triangles (nt, 3), their areas, edges (ne, 2), the three edges of each triangle."""
         ids = np.arange(nv)

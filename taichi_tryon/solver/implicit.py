@@ -47,7 +47,9 @@ class ImplicitStep:
         # where what is held shall be at the end of a step
         self.held_at = ti.Vector.field(3, float, shape=self.nv)
         self.elastic = Elastic(cloth, self.x)
-        samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
+        samples = Samples.none()
+        if body.present:
+            samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
         self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
         tables = fields.Tables()

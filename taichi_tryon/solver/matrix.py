@@ -28,37 +28,36 @@ class Matrix:
         self.bending = elastic.bending
         nodes = elastic.nodes
         inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
-        low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
-        for table, owners, width, label in (
-            (hinges[inner], inner, 4, 1),
-            *(
-                (samples[used][:, :points], used, points, 2)
+        tables = fields.Tables()
+        laws = [
+            [_pairs(self.nv, triangles, np.arange(len(triangles)), 3)],
+            [_pairs(self.nv, hinges[inner], inner, 4)],
+            [
+                _pairs(self.nv, samples[used][:, :points], used, points)
                 for points in (2, 3)
                 for used in [np.flatnonzero((weights > 0).sum(axis=1) == points)]
-            ),
-            (tapes, np.arange(len(tapes)), 2, 3),
-            *((nodes.members, np.arange(nodes.count), nodes.width, 4) for _ in range(nodes.present)),
-        ):
-            more = _pairs(table, owners, width, label, base=max(3, width))
-            low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
-        tables = fields.Tables()
-        keys, pair = np.unique(low.astype(np.int64) * self.nv + high, return_inverse=True)
-        i, j = keys // self.nv, keys % self.nv
+            ],
+            [_pairs(self.nv, tapes, np.arange(len(tapes)), 2)],
+            [_pairs(self.nv, nodes.members, np.arange(nodes.count), nodes.width) for _ in range(nodes.present)],
+        ]
+        keys = np.unique(np.concatenate([np.unique(key) for law in laws for key, _ in law]))
+        i, j = (part.astype(np.int32) for part in np.divmod(keys, self.nv))
         self.pair_count = len(keys)
         self.pair_i, self.pair_j = tables.scalars(i), tables.scalars(j)
         self._gather = []
-        for label in range(5):
-            chosen = kind == label
-            start, order = fields.group(pair[chosen], self.pair_count)
-            self._gather.append((tables.scalars(start), tables.scalars(code[chosen][order])))
+        while laws:  # each is let go when its pairs have been found
+            law = laws.pop(0) or [(keys[:0], i[:0])]
+            key, code = (np.concatenate(parts) for parts in zip(*law, strict=True))
+            start, order = fields.group(np.searchsorted(keys, key), self.pair_count)
+            self._gather.append((tables.scalars(start), tables.scalars(code[order])))
         (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
         self.sample_start, self.sample_code = self._gather[2]
         (self.tape_start, self.tape_code), (self.node_start, self.node_code) = self._gather[3:]
 
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.lexsort((columns, rows))
-        place = np.empty(len(order), dtype=np.int64)
-        place[order] = np.arange(len(order))
+        place = np.empty(len(order), np.int32)
+        place[order] = np.arange(len(order), dtype=np.int32)
         self.rows, self.columns = rows[order], columns[order]
         self.place_ij, self.place_ji = (tables.scalars(part) for part in np.split(place, 2))
         self._lay_out_constant(keys, tables)
@@ -193,18 +192,15 @@ def times(block, vector):
     )
 
 
-def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):
-    """All vertex pairs (low, high) within the rows of ``table`` (n, width), where -1 is none, with code = owner, place
-    of low, place of high in base ``base``, and the label of their law."""
-    lows, highs, codes = [], [], []
+def _pairs(nv: int, table: np.ndarray, owners: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of vertices within the rows of ``table`` (n, width), where -1 is none, as keys low * nv + high, each
+    with its code: the row's owner, and the places of low and high in it, in a base of 3 at least."""
+    keys, codes, base = [], [], max(3, width)
     for a in range(width):
         for b in range(a + 1, width):
-            there = (table[:, a] >= 0) & (table[:, b] >= 0)
+            there = np.flatnonzero((table[:, a] >= 0) & (table[:, b] >= 0))
             one, other = table[there, a], table[there, b]
-            swap = one > other
-            lows.append(np.where(swap, other, one))
-            highs.append(np.where(swap, one, other))
-            places = np.where(swap, b * base + a, a * base + b)
-            codes.append(owners[there] * base * base + places)
-    code = np.concatenate(codes)
-    return np.concatenate(lows), np.concatenate(highs), code, np.full(len(code), label)
+            keys.append(np.minimum(one, other).astype(np.int64) * nv + np.maximum(one, other))
+            places = np.where(one > other, b * base + a, a * base + b)
+            codes.append((owners[there] * base * base + places).astype(np.int32))
+    return np.concatenate(keys), np.concatenate(codes)
