@@ -13,8 +13,8 @@ ROUNDING = 1e-4
 
 @ti.data_oriented
 class ConjugateGradients:
-    """Solves A d = b from d = 0 (Hestenes and Stiefel 1952). The variant with one sum an iteration (Chronopoulos and Gear
-    1989) finds the curvature as a difference, which single precision does not bear where contact is stiff.
+    """Solves A d = b from d = 0 (Hestenes and Stiefel 1952). The variant with one sum an iteration (Chronopoulos and
+    Gear 1989) finds the curvature as a difference, which single precision does not bear where contact is stiff.
 
     The preconditioner is the ``local`` blocks, plus a coarse space where one is given. Vectors are of single precision,
     as the matrix is; sums are not. It stops on the preconditioned norm sqrt(r^T z) relative to that of b: the plain

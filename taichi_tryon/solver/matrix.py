@@ -10,12 +10,12 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``, the sum of a
-    whole row in ``row_sum``, all of them by columns of four, as a processor multiplies them, the fourth entry 0 (see
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``, the sum of
+    a whole row in ``row_sum``, all of them by columns of four, as a processor multiplies them, the fourth entry 0 (see
     ``padded``); a constant matrix of bending, which has one number a pair, by rows where nothing else has a block
-    (``far_start``, ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth
-    lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None; ``stiffness`` is the mean
-    of each vertex's diagonal without contact.
+    (``far_start``, ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held,
+    else 1; what cloth lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None;
+    ``stiffness`` is the mean of each vertex's diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 

@@ -80,7 +80,7 @@ class Newton:
 
     def _coast(self, ahead: float) -> None:
         """Begin at x_hat, where the cloth goes if nothing pulls at it, if Phi is less there: what swings along turns
-        so far in a step that the direction from its start leads astray. Where it was of no use, not every step tries."""
+        so far in a step that the direction from its start leads astray. Where it was of no use, the next do not try."""
         if self.wait > 0:
             self.wait -= 1
             return
