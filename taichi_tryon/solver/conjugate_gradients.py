@@ -7,6 +7,8 @@ from taichi_tryon import fields
 
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
+# vertices from which on an iteration is shared among threads
+SHARED = 8000
 # below this part of the start, signs are those of single precision's rounding
 ROUNDING = 1e-4
 
@@ -25,8 +27,8 @@ class ConjugateGradients:
     def __init__(self, matrix, local, coarse=None):
         self.matrix, self.local, self.coarse, self.nv = matrix, local, coarse, matrix.nv
         self.two_level = coarse is not None
-        # on a CPU the parts of an iteration are too short to be shared out: waking threads costs what they save
-        self.alone = ti.cfg.arch == ti.cpu
+        # on a CPU the parts of a short iteration are not worth sharing out: waking threads costs what they save
+        self.alone = ti.cfg.arch == ti.cpu and (ti.cfg.cpu_max_num_threads == 1 or self.nv < SHARED)
         self.b = ti.Vector.field(3, float, shape=self.nv)
         self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
         # of four entries, the fourth 0: a processor takes them at once

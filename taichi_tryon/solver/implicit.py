@@ -79,7 +79,7 @@ class ImplicitStep:
         self._begin()
         self.elastic.begin_step()
         newton = linear = 0
-        since, found, residual, reason = 0.0, True, 0.0, ""
+        since, found, residual, reason, wait = 0.0, True, 0.0, "", self.newton.wait
         for stage in scheme.stages:
             h = stage.h * dt
             self._begin_stage(stage.ahead * dt, stage.beyond, h, inertia)
@@ -111,6 +111,7 @@ class ImplicitStep:
             self.elastic.end_step()
         else:
             self._restore()
+            self.newton.wait = wait
         change = scheme.change(error, error_limit) if found else schemes.FAILED
         return StepResult(accepted, newton, linear, residual, moved, error, change, reason)
 

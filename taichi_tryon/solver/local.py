@@ -10,6 +10,9 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.solver.matrix import unpadded
 
+# how many threads of a CPU can invert blocks at once
+CREWS = 32
+
 
 @ti.data_oriented
 class LocalBlocks:
@@ -32,72 +35,80 @@ class LocalBlocks:
         # so many columns of a block are worked on together, a power of 2 that a processor's registers hold
         self.lanes = 8 if size % 8 == 0 else 3
         self.parts = 3 * size // self.lanes
-        # what the matrix has in a block, and its inversion, in each chunk of the work
-        self.entry = ti.field(ti.f64, shape=(fields.CHUNKS, 3 * size, 3 * size))
-        self.factor = ti.field(ti.f64, shape=(fields.CHUNKS, 3 * size))
-        self.work = ti.Vector.field(self.lanes, ti.f64, shape=(fields.CHUNKS, 3 * size, self.parts))
+        # what the matrix has in a block, and its inversion, where each of some crews works; idle turns between theirs,
+        # that Taichi shares them among the threads of a CPU
+        cpu = ti.cfg.arch == ti.cpu
+        self.crews, self.turns = (min(CREWS, self.count), fields.LEAST_TURNS) if cpu else (self.count, 1)
+        self.entry = ti.field(ti.f64, shape=(self.crews, 3 * size, 3 * size))
+        self.factor = ti.field(ti.f64, shape=(self.crews, 3 * size))
+        self.work = ti.Vector.field(self.lanes, ti.f64, shape=(self.crews, 3 * size, self.parts))
         self.inverse = ti.Vector.field(self.lanes, ti.f32, shape=(self.count, 3 * size, self.parts))
 
     @ti.kernel
     def update(self):
         """Invert the blocks of the matrix as it is."""
-        for chunk in range(fields.CHUNKS):
-            low, high = fields.chunk_bounds(chunk, self.count)
-            for c in range(low, high):
-                self._fill(chunk, c)
-                for k in range(3 * self.size):
-                    self._sweep(chunk, k)
-                for row in range(3 * self.size):
-                    for part in ti.static(range(self.parts)):
-                        self.inverse[c, row, part] = -ti.cast(self.work[chunk, row, part], ti.f32)
+        for turn in range(self.crews * self.turns):
+            if turn % self.turns == 0:
+                self._invert(turn // self.turns)
 
     @ti.func
-    def _fill(self, chunk: int, c: int):
+    def _invert(self, crew: int):
+        """The crew's share of the blocks."""
+        for c in range(crew * self.count // self.crews, (crew + 1) * self.count // self.crews):
+            self._fill(crew, c)
+            for k in range(3 * self.size):
+                self._sweep(crew, k)
+            for row in range(3 * self.size):
+                for part in ti.static(range(self.parts)):
+                    self.inverse[c, row, part] = -ti.cast(self.work[crew, row, part], ti.f32)
+
+    @ti.func
+    def _fill(self, crew: int, c: int):
         """Set ``work`` to block c."""
         for row in range(3 * self.size):
             for column in range(3 * self.size):
-                self.entry[chunk, row, column] = 0.0
+                self.entry[crew, row, column] = 0.0
         for a in range(self.size):
-            self._fill_row(chunk, c, a)
+            self._fill_row(crew, c, a)
         for row in range(3 * self.size):
             for part in range(self.parts):
                 first = part * self.lanes
-                self.work[chunk, row, part] = ti.Vector(
-                    [self.entry[chunk, row, first + k] for k in ti.static(range(self.lanes))]
+                self.work[crew, row, part] = ti.Vector(
+                    [self.entry[crew, row, first + k] for k in ti.static(range(self.lanes))]
                 )
 
     @ti.func
-    def _fill_row(self, chunk: int, c: int, a: int):
+    def _fill_row(self, crew: int, c: int, a: int):
         """What the matrix has in row ``a`` of block c; where a vertex is held, or none is there, that of the unit."""
         i = self.member[c * self.size + a]
         if i == self.nv:
-            self._put(chunk, a, a, ti.Matrix.identity(float, 3))
+            self._put(crew, a, a, ti.Matrix.identity(float, 3))
         else:
             own, free = self.matrix.own(i), self.matrix.free[i]
             own *= free.outer_product(free)
             for k in ti.static(range(3)):
                 own[k, k] += 1.0 - free[k]
-            self._put(chunk, a, a, own)
+            self._put(crew, a, a, own)
             for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                 j = self.matrix.column[n]
                 if self.owner[j] == c:
                     block = unpadded(self.matrix.block[n])
-                    self._put(chunk, a, self.slot[j], self.matrix.masked(i, j, block))
+                    self._put(crew, a, self.slot[j], self.matrix.masked(i, j, block))
             if ti.static(self.matrix.bending.constant):
                 for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):
                     j = self.matrix.far_column[n]
                     if self.owner[j] == c:
                         block = ti.cast(self.matrix.far_value[n], float) * ti.Matrix.identity(float, 3)
-                        self._put(chunk, a, self.slot[j], self.matrix.masked(i, j, block))
+                        self._put(crew, a, self.slot[j], self.matrix.masked(i, j, block))
 
     @ti.func
-    def _put(self, chunk: int, a: int, b: int, block):
+    def _put(self, crew: int, a: int, b: int, block):
         for k in ti.static(range(3)):
             for m in ti.static(range(3)):
-                self.entry[chunk, 3 * a + k, 3 * b + m] = ti.cast(block[k, m], ti.f64)
+                self.entry[crew, 3 * a + k, 3 * b + m] = ti.cast(block[k, m], ti.f64)
 
     @ti.func
-    def _sweep(self, chunk: int, k: int):
+    def _sweep(self, crew: int, k: int):
         """The symmetric sweep operator at row k; swept at all of them, ``work`` is minus its inverse.
 
         Pivots are on the diagonal: the blocks are positive definite. (Goodnight 1979, "A tutorial on the SWEEP
@@ -110,23 +121,23 @@ class LocalBlocks:
         for m in ti.static(range(self.lanes)):
             if here * self.lanes + m == k:
                 mark[m] = 1.0
-                pivot = self.work[chunk, k, here][m]
+                pivot = self.work[crew, k, here][m]
         scale = 1.0 / pivot
-        pivots = [self.work[chunk, k, part] for part in ti.static(range(self.parts))]
+        pivots = [self.work[crew, k, part] for part in ti.static(range(self.parts))]
         # the column k, which is the row
         for part in ti.static(range(self.parts)):
             for m in ti.static(range(self.lanes)):
-                self.factor[chunk, part * self.lanes + m] = scale * pivots[part][m]
+                self.factor[crew, part * self.lanes + m] = scale * pivots[part][m]
         for row in range(3 * self.size):
-            factor = self.factor[chunk, row]
+            factor = self.factor[crew, row]
             for part in ti.static(range(self.parts)):
-                self.work[chunk, row, part] = self.work[chunk, row, part] - factor * pivots[part]
-            entry = self.work[chunk, row, here]
-            self.work[chunk, row, here] = entry + mark * (factor - entry)
+                self.work[crew, row, part] = self.work[crew, row, part] - factor * pivots[part]
+            entry = self.work[crew, row, here]
+            self.work[crew, row, here] = entry + mark * (factor - entry)
         for part in ti.static(range(self.parts)):
-            self.work[chunk, k, part] = scale * pivots[part]
-        entry = self.work[chunk, k, here]
-        self.work[chunk, k, here] = entry - mark * (entry + scale)
+            self.work[crew, k, part] = scale * pivots[part]
+        entry = self.work[crew, k, here]
+        self.work[crew, k, here] = entry - mark * (entry + scale)
 
     @ti.func
     def solve(self, c: int, r: ti.template(), z: ti.template()):

@@ -41,7 +41,7 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
     if peers:
         peer.require()
     per_second = QUICK_PER_SECOND if quick else PER_SECOND
-    settings, others = (falls.FEW[:2], falls.FEW_PEERS) if quick else (falls.SETTINGS, PEERS)
+    settings, others = (falls.FEW[:3], falls.FEW_PEERS) if quick else (falls.SETTINGS, PEERS)
     for count in (20,) if quick else COUNTS:
         for fabric in ("isotropic", "table1") if peers and not quick else ("table1",):
             runs: list[Run] = []
