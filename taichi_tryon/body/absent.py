@@ -10,7 +10,8 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
-    travelled = 0.0
+    reach = None
+    rests, moves, placed, travelled = True, False, 0, 0.0
 
     def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
         """There is nothing to move."""

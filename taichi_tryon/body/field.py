@@ -10,6 +10,7 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.body.density import FAR, LONGEST_STEP, SLIDE, SLIDE_BAND
 from taichi_tryon.body.model import Balls, Body
+from taichi_tryon.body.reach import Reach
 
 CELL_SIZE = 0.08
 """Least edge of a cell [m]; larger where the body would need more cells than MAX_CELLS."""
@@ -19,6 +20,8 @@ NEWTON_BAND = 0.02
 NEWTON_STEPS = 5
 DEEP_STEPS = 12
 """Newton steps for points deeper than LONGEST_STEP."""
+WALK = DEEP_STEPS * LONGEST_STEP
+"""For a point the body is asked no further from it [m]."""
 FARTHEST = 1e3
 """No scene is wider [m]."""
 TOLERANCE = 1e-5
@@ -31,10 +34,13 @@ class BodyField:
 
     ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
-    in all: between two moments no point of it has gone further than the difference.
+    in all: between two moments no point of it has gone further than the difference. ``placed`` counts its poses, and
+    ``moves`` says whether it moved in the last step. everywhere False: it may be asked only where it was told to
+    ``cover``, and leaves out the balls that do not reach there. rests False: it is posed, and asked for its motion, even
+    where it stands still.
     """
 
-    def __init__(self, body: Body, margin: float = 0.0):
+    def __init__(self, body: Body, margin: float = 0.0, everywhere: bool = True, rests: bool = True):
         balls = body.balls
         self.body = body
         self.far = max(FAR, margin)
@@ -59,7 +65,11 @@ class BodyField:
         self.weight = tables.scalars(balls.weights)
         self.member = tables.scalars((balls.membership << np.arange(self.groups)).sum(axis=1))  # bit g: adds to group g
         self.bounded = tables.scalars(bounded.all(axis=1))
+        self.near = tables.scalars(np.ones(self.count, int))  # 0: left out
         tables.fill()
+        self.reach = None if everywhere else Reach(WALK)
+        self.ever_near = np.full(self.count, everywhere)
+        self.rests, self.moves, self.placed = rests, not rests, 0
         self.travelled = 0.0
         self.steepest = _steepest(balls)
         self._balls: Balls | None = None
@@ -75,7 +85,7 @@ class BodyField:
         shifts = np.zeros((len(transforms), 3, 4))
         if previous_transforms is not None and not np.array_equal(previous_transforms, transforms):
             shifts = (np.eye(4) - previous_transforms @ np.linalg.inv(transforms))[:, :3]
-        moved = self._now is None or not np.array_equal(self._now, transforms)
+        moved = not self.rests or self._now is None or not np.array_equal(self._now, transforms)
         if moved or not np.array_equal(self._shifts, shifts):
             balls = self.body.posed(transforms)
             shift = np.einsum("nb,nbij->nij", balls.bone_weights, shifts[balls.bones])
@@ -83,18 +93,41 @@ class BodyField:
             self._pose_balls(fields.cast(np.hstack([part.reshape(self.count, -1) for part in parts])))
             if moved:
                 self.travelled += _travel(self._balls, balls)
+                self.placed += 1
                 self._balls = balls
-                self._place_grid(balls)
-                self._fill_cells()
+                self._list_balls()
         self._now, self._shifts = transforms, shifts
+        self.moves = not self.rests or bool(shifts.any())
 
-    def _place_grid(self, balls: Balls) -> None:
-        """A grid around all bounded balls; where cells of CELL_SIZE would be too many, larger ones."""
-        bounded = np.isfinite(balls.radii).all(axis=1)
+    def cover(self, low: np.ndarray, high: np.ndarray) -> None:
+        """It will be asked from ``low`` to ``high`` (3,) [m]. Costs next to nothing where it was told before."""
+        if self.reach is not None and self.reach.hold(low, high) and self._balls is not None:
+            self._list_balls()
+
+    def _list_balls(self) -> None:
+        near = np.ones(self.count, bool)
+        if self.reach is not None:
+            near = self.reach.meets(self._balls)
+            self.ever_near |= near
+            self._keep(near.astype(np.int32))
+        self._place_grid(self._balls, near)
+        self._fill_cells()
+
+    @ti.kernel
+    def _keep(self, near: ti.types.ndarray()):
+        for k in range(self.count):
+            self.near[k] = near[k]
+
+    def _place_grid(self, balls: Balls, near: np.ndarray) -> None:
+        """A grid around all bounded balls that are ``near`` (n,); where cells of CELL_SIZE would be too many, larger
+        ones."""
+        bounded = near & np.isfinite(balls.radii).all(axis=1)
         low, high = np.zeros(3), np.full(3, CELL_SIZE)
         if bounded.any():
             centers, extents = balls.centers[bounded], balls.extents[bounded]
             low, high = (centers - extents).min(axis=0), (centers + extents).max(axis=0)
+            if self.reach is not None:
+                low, high = np.maximum(low, self.reach.low), np.minimum(high, self.reach.high)
         size = CELL_SIZE
         while np.prod(np.floor((high - low) / size) + 1) > MAX_CELLS:
             size *= 1.1
@@ -136,10 +169,11 @@ class BodyField:
 
     @ti.func
     def _ball_meets_box(self, k, middle, half):
-        """Whether ball k may reach a cube; never False where it does. Tries the world's and the ball's own axes."""
+        """Whether ball k, unless it is left out, may reach a cube; never False where it does. Tries the world's and the
+        ball's own axes."""
         offset = middle - self.center[k]
         axes = self.axes[k]
-        meets = True
+        meets = self.near[k] == 1
         for i in ti.static(range(3)):
             extent = ti.Vector([axes[i, j] * self.radius[k][j] for j in ti.static(range(3))]).norm()
             own = axes[0, i] * offset[0] + axes[1, i] * offset[1] + axes[2, i] * offset[2]

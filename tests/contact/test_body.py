@@ -40,7 +40,7 @@ def test_what_sleeps_feels_what_it_would_feel_awake(felt, flat, law):
         felt.at(flat(height))
         asleep += (felt.law.seen.to_numpy() == before).all()
         depth, load = felt.law.depth.to_numpy(), felt.law.load.to_numpy()
-        felt.law.until.fill(-1.0)
+        felt.law.seen.fill(9.0)
         felt.at(flat(height))
         assert np.array_equal(depth, felt.law.depth.to_numpy()) and np.array_equal(load, felt.law.load.to_numpy())
     assert field.travelled == 0.0
