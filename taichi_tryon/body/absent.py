@@ -10,6 +10,7 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
+    absent = True
     reach = None
     rests, moves, placed, travelled = True, False, 0, 0.0
 

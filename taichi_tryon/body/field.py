@@ -36,9 +36,11 @@ class BodyField:
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
     in all: between two moments no point of it has gone further than the difference. ``placed`` counts its poses, and
     ``moves`` says whether it moved in the last step. everywhere False: it may be asked only where it was told to
-    ``cover``, and leaves out the balls that do not reach there. rests False: it is posed, and asked for its motion, even
-    where it stands still.
+    ``cover``, and leaves out the balls that do not reach there. rests False: it is posed, and asked for its motion,
+    even where it stands still.
     """
+
+    absent = False
 
     def __init__(self, body: Body, margin: float = 0.0, everywhere: bool = True, rests: bool = True):
         balls = body.balls

@@ -10,7 +10,7 @@ import numpy as np
 
 from taichi_tryon.body.model import Balls
 
-SPARE = 0.1
+SPARE = 0.05
 """The box grows by so much more [m] than it must, so that it grows rarely."""
 
 

@@ -125,10 +125,8 @@ class BodyContact:
         """Least and greatest coordinates of the vertices, between which all samples are."""
         for chunk in range(fields.CHUNKS):
             first, last = fields.chunk_bounds(chunk, self.nv)
-            low, high = (
-                ti.Vector([ti.math.inf for _ in range(3)], ti.f64),
-                ti.Vector([-ti.math.inf for _ in range(3)], ti.f64),
-            )
+            none = ti.Vector([ti.math.inf, ti.math.inf, ti.math.inf], ti.f64)
+            low, high = none, -none
             for i in range(first, last):
                 low, high = ti.min(low, ti.cast(self.x[i], ti.f64)), ti.max(high, ti.cast(self.x[i], ti.f64))
             for k in ti.static(range(3)):

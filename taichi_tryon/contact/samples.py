@@ -43,3 +43,7 @@ class Samples:
             ),
             areas=np.concatenate([of_vertex, of_edge, areas * CENTROID]),
         )
+
+    def of_vertices(self, nv: int) -> Samples:
+        """Those at the nv vertices alone."""
+        return Samples(self.vertices[:nv], self.weights[:nv], self.areas[:nv])

@@ -48,6 +48,8 @@ class ImplicitStep:
         self.held_at = ti.Vector.field(3, float, shape=self.nv)
         self.elastic = Elastic(cloth, self.x)
         samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
+        if body.absent:  # the cloth's way is measured at its vertices even so
+            samples = samples.of_vertices(self.nv)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
         self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
         tables = fields.Tables()

@@ -28,7 +28,7 @@ class Trial:
     without: tuple[str, ...]
     overrides: tuple[str, ...] = ()
     fine: tuple[str, ...] = ()
-    before: int = 0
+    before: int = 2
     steps: int = 12
     limit_mm: float = 0.0
     stage: str = "contact"

@@ -1,4 +1,6 @@
-"""Samples of the cloth that cannot have come near the body are not looked at: the top while it is put on. Limit: the same bits."""
+"""Samples of the cloth that cannot have come near the body are not looked at: the top while it is put on. Limit: the
+same bits.
+"""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,6 @@
-"""Pictures, film and maps that nobody asked for: a disk on a ball, run and written as ``run`` does. Limit: the same bits."""
+"""Pictures, film and maps that nobody asked for: a disk on a ball, run and written as ``run`` does. Limit: the same
+bits.
+"""
 
 import time
 from collections.abc import Iterator
@@ -10,7 +12,7 @@ import numpy as np
 from taichi_tryon.bench.apart import apart
 from taichi_tryon.bench.record import Record, absolute, told
 from taichi_tryon.bench.skip.course import FOLDER
-from taichi_tryon.output.checkpoint import FILE
+from taichi_tryon.output.checkpoint import NAME
 from taichi_tryon.run import run_scene
 from taichi_tryon.scene.load import load_scene
 
@@ -41,5 +43,5 @@ def written(kinds: tuple[str, ...]) -> tuple[np.ndarray, float]:
         begin = time.perf_counter()
         run_scene(scene, Path(folder), arch="cpu")
         seconds = time.perf_counter() - begin
-        with np.load(Path(folder) / FILE) as state:
+        with np.load(Path(folder) / NAME) as state:
             return state["positions"], seconds
