@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +45,7 @@ def compared(trial: Trial, quick: bool) -> Iterator[Record]:
 
 
 def of(trial: Trial, skipping: list[Course], without: list[Course]) -> Iterator[Record]:
-    """Records of the runs with and without the skip."""
+    """Records of the runs with and without the skip; of counts, those that differ."""
     one, other = skipping[0], without[0]
     where, wall = {"vertices": len(one.positions)}, sum(c.steps * c.seconds["step"] for c in (*skipping, *without))
 
@@ -57,10 +57,17 @@ def of(trial: Trial, skipping: list[Course], without: list[Course]) -> Iterator[
         yield record(f"{stage}_with", "ms a step", 1000 * times[0])
         yield record(f"{stage}_without", "ms a step", 1000 * times[1])
         yield record(f"{stage}_with_over_without", "1", times[0] / max(times[1], 1e-9))
-    for name, course in (("with", one), ("without", other)):
-        yield record(f"kernels_{name}", "1", course.kernels)
-        yield record(f"looks_at_the_body_{name}", "% of samples", 100 * course.looks / max(course.chances, 1))
-        yield record(f"balls_listed_{name}", "1", course.balls[0])
-        yield record(f"linear_iterations_{name}", "1", course.linear_iterations)
+    for quantity, unit, count in _COUNTS:
+        if count(one) != count(other):
+            yield record(f"{quantity}_with", unit, count(one))
+            yield record(f"{quantity}_without", unit, count(other))
     distance = 1000 * np.linalg.norm(one.positions - other.positions, axis=1).max()
     yield absolute(trial.case, where, "distance_of_results", "mm", distance, 0.0, trial.limit_mm, wall)
+
+
+_COUNTS: tuple[tuple[str, str, Callable[[Course], float]], ...] = (
+    ("kernels", "1", lambda course: course.kernels),
+    ("looks_at_the_body", "% of samples", lambda course: 100 * course.looks / max(course.chances, 1)),
+    ("balls_listed", "1", lambda course: course.balls[0]),
+    ("linear_iterations", "1", lambda course: course.linear_iterations),
+)

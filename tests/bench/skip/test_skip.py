@@ -21,17 +21,18 @@ def _in_the_project(monkeypatch):
     monkeypatch.chdir(Path(__file__).parents[3])
 
 
-def made(height: float, step_s: float) -> Course:
+def made(height: float, step_s: float, looks: int = 30) -> Course:
     positions = np.array([[0.0, 0, 0], [0, height, 0]])
-    return Course(positions, 12, {"step": step_s, "contact": step_s / 2}, 1.0, 40, 100, 30, 120, (1, 2))
+    return Course(positions, 12, {"step": step_s, "contact": step_s / 2}, 1.0, 40, 100, looks, 120, (1, 2))
 
 
 def test_times_and_results_are_compared():
-    found = list(of(TRIAL, [made(1.0, 0.03), made(1.0, 0.02)], [made(1.0004, 0.05), made(1.0004, 0.04)]))
+    found = list(of(TRIAL, [made(1.0, 0.03), made(1.0, 0.02)], [made(1.0004, 0.05, 60), made(1.0004, 0.04)]))
     values = {record.quantity: record.value for record in found}
     assert values["step_with"] == pytest.approx(20) and values["step_without"] == pytest.approx(40)
     assert values["step_with_over_without"] == values["contact_with_over_without"] == pytest.approx(0.5)
-    assert values["looks_at_the_body_with"] == pytest.approx(25)
+    assert values["looks_at_the_body_with"] == pytest.approx(25) and "balls_listed_with" not in values
+    assert values["looks_at_the_body_without"] == pytest.approx(50)
     assert found[-1].quantity == "distance_of_results" and found[-1].value == pytest.approx(0.4)
     assert [record.quantity for record in found if record.limit is not None] == ["distance_of_results"]
     assert found[-1].passes and not list(of(TRIAL, [made(1.0, 0.02)], [made(1.0006, 0.04)]))[-1].passes
