@@ -63,7 +63,18 @@ class Tables:
                                 for m in range(shape[1]):
                                     field[i][k, m] = source[start + (i * shape[0] + k) * shape[1] + m]
 
-        copy(max(entry[-1] for entry in entries), *(np.concatenate(self._sources[kind]) for kind in "if"))
+        copy(max(entry[-1] for entry in entries), *(_joined(self._sources.pop(kind)) for kind in "if"))
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """The arrays one after the other; each is let go as soon as it has been copied."""
+    whole = np.empty(sum(map(len, parts)), parts[0].dtype)
+    end = len(whole)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
 
 
 def upload(field, values: np.ndarray):
@@ -72,11 +83,12 @@ def upload(field, values: np.ndarray):
 
 
 def cast(values: np.ndarray) -> np.ndarray:
-    """Integers as i32, floats in the run's precision: Taichi warns at every other width."""
+    """Integers as i32, floats in the run's precision, copied where they are not: Taichi warns at every other width."""
     values = np.ascontiguousarray(values)
     if values.dtype.kind in "iub":
-        return values.astype(np.int32)
-    return values.astype(np.float32 if ti.lang.impl.get_runtime().default_fp == ti.f32 else np.float64)
+        return values.astype(np.int32, copy=False)
+    single = ti.lang.impl.get_runtime().default_fp == ti.f32
+    return values.astype(np.float32 if single else np.float64, copy=False)
 
 
 _TYPES = {"i": ti.i32, "f": float}

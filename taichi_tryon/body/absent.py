@@ -10,8 +10,7 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
-    absent = True
-    reach = None
+    present, everywhere = False, True
     rests, moves, placed, travelled = True, False, 0, 0.0
 
     def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:

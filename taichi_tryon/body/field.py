@@ -1,20 +1,18 @@
 """The body in Taichi: density, gradient, Hessian, gap and motion at any point, for the price of the few balls near.
 
-Same definitions as ``density.py``. The posed balls are listed by the cells of a regular grid; a query looks at the
-balls of its cell only. A ball is stored once, with its groups as bits, though it may add to several sums.
+Same definitions as ``density.py``. A query looks at the balls listed by its cell only (``cells.py``). A ball is stored
+once, with its groups as bits, though it may add to several sums.
 """
 
 import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.body.cells import BallCells
 from taichi_tryon.body.density import FAR, LONGEST_STEP, SLIDE, SLIDE_BAND
 from taichi_tryon.body.model import Balls, Body
 from taichi_tryon.body.reach import Reach
 
-CELL_SIZE = 0.08
-"""Least edge of a cell [m]; larger where the body would need more cells than MAX_CELLS."""
-MAX_CELLS = 8192
 NEWTON_BAND = 0.02
 """Outside the skin by more than this, to first order [m], the first-order gap is good enough: it only culls."""
 NEWTON_STEPS = 5
@@ -36,11 +34,11 @@ class BodyField:
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
     in all: between two moments no point of it has gone further than the difference. ``placed`` counts its poses, and
     ``moves`` says whether it moved in the last step. everywhere False: it may be asked only where it was told to
-    ``cover``, and leaves out the balls that do not reach there. rests False: it is posed, and asked for its motion,
-    even where it stands still.
+    ``cover``, and leaves out the balls that do not reach there; ``near`` (n,) are those that do, ``ever_near`` those
+    that did in any pose. rests False: it is posed, and asked for its motion, even where it stands still.
     """
 
-    absent = False
+    present = True
 
     def __init__(self, body: Body, margin: float = 0.0, everywhere: bool = True, rests: bool = True):
         balls = body.balls
@@ -49,28 +47,21 @@ class BodyField:
         self.groups = balls.membership.shape[1]
         self.count = len(balls.weights)
 
-        self.center = ti.Vector.field(3, float, self.count)
-        self.axes = ti.Matrix.field(3, 3, float, self.count)
-        self.quadratic = ti.Matrix.field(3, 3, float, self.count)  # Q of s = (x - c)^T Q (x - c)
+        # what a query reads of a ball lies together
+        self.center = ti.Vector.field(3, float)
+        self.quadratic = ti.Matrix.field(3, 3, float)  # Q of s = (x - c)^T Q (x - c)
+        self.weight = ti.field(float)
+        self.member = ti.field(ti.i32)  # bit g: adds to group g
+        ti.root.dense(ti.i, self.count).place(self.center, self.quadratic, self.weight, self.member)
         self.shift = ti.Matrix.field(3, 4, float, self.count)  # bones' shifts, blended by the ball's shares
+        self.cells = BallCells(self.count)
 
-        self.cell_size = ti.field(float, ())
-        self.grid_origin = ti.Vector.field(3, float, ())
-        self.grid_shape = ti.Vector.field(3, ti.i32, ())
-        # One list more than cells: the infinite balls, for points off the grid. A list has room for every ball.
-        self.cell_count = ti.field(ti.i32, MAX_CELLS + 1)
-        self.cell_ball = ti.field(ti.i32, (MAX_CELLS + 1, self.count))
-
-        bounded = np.isfinite(balls.radii)
         tables = fields.Tables()
-        self.radius = tables.vectors(np.where(bounded, balls.radii, 0.0))
-        self.weight = tables.scalars(balls.weights)
-        self.member = tables.scalars((balls.membership << np.arange(self.groups)).sum(axis=1))  # bit g: adds to group g
-        self.bounded = tables.scalars(bounded.all(axis=1))
-        self.near = tables.scalars(np.ones(self.count, int))  # 0: left out
+        tables.set(self.weight, balls.weights)
+        tables.set(self.member, (balls.membership << np.arange(self.groups)).sum(axis=1))
         tables.fill()
-        self.reach = None if everywhere else Reach(WALK)
-        self.ever_near = np.full(self.count, everywhere)
+        self.everywhere, self.reach = everywhere, Reach(WALK, everywhere)
+        self.near, self.ever_near = np.zeros((2, self.count), bool)
         self.rests, self.moves, self.placed = rests, not rests, 0
         self.travelled = 0.0
         self.steepest = _steepest(balls)
@@ -91,7 +82,7 @@ class BodyField:
         if moved or not np.array_equal(self._shifts, shifts):
             balls = self.body.posed(transforms)
             shift = np.einsum("nb,nbij->nij", balls.bone_weights, shifts[balls.bones])
-            parts = (balls.centers, balls.axes, balls.quadratics, shift)
+            parts = (balls.centers, balls.quadratics, shift)
             self._pose_balls(fields.cast(np.hstack([part.reshape(self.count, -1) for part in parts])))
             if moved:
                 self.travelled += _travel(self._balls, balls)
@@ -103,102 +94,31 @@ class BodyField:
 
     def cover(self, low: np.ndarray, high: np.ndarray) -> None:
         """It will be asked from ``low`` to ``high`` (3,) [m]. Costs next to nothing where it was told before."""
-        if self.reach is not None and self.reach.hold(low, high) and self._balls is not None:
+        if self.reach.hold(low, high) and self._balls is not None:
             self._list_balls()
 
     def _list_balls(self) -> None:
-        near = np.ones(self.count, bool)
-        if self.reach is not None:
-            near = self.reach.meets(self._balls)
-            self.ever_near |= near
-            self._keep(near.astype(np.int32))
-        self._place_grid(self._balls, near)
-        self._fill_cells()
-
-    @ti.kernel
-    def _keep(self, near: ti.types.ndarray()):
-        for k in range(self.count):
-            self.near[k] = near[k]
-
-    def _place_grid(self, balls: Balls, near: np.ndarray) -> None:
-        """A grid around all bounded balls that are ``near`` (n,); where cells of CELL_SIZE would be too many, larger
-        ones."""
-        bounded = near & np.isfinite(balls.radii).all(axis=1)
-        low, high = np.zeros(3), np.full(3, CELL_SIZE)
-        if bounded.any():
-            centers, extents = balls.centers[bounded], balls.extents[bounded]
-            low, high = (centers - extents).min(axis=0), (centers + extents).max(axis=0)
-            if self.reach is not None:
-                low, high = np.maximum(low, self.reach.low), np.minimum(high, self.reach.high)
-        size = CELL_SIZE
-        while np.prod(np.floor((high - low) / size) + 1) > MAX_CELLS:
-            size *= 1.1
-        self.cell_size[None] = size
-        self.grid_origin[None] = low
-        self.grid_shape[None] = (np.floor((high - low) / size) + 1).astype(np.int32)
+        self.near = self.reach.meets(self._balls)
+        self.ever_near |= self.near
+        self.cells.place(self._balls, self.near, self.reach.low, self.reach.high)
 
     @ti.kernel
     def _pose_balls(self, values: ti.types.ndarray()):
-        """Take centre, axes, quadratic and shift of each ball from its row."""
+        """Take centre, quadratic and shift of each ball from its row."""
         for k in range(self.count):
             for i in range(3):
                 self.center[k][i] = values[k, i]
                 for j in range(3):
-                    self.axes[k][i, j] = values[k, 3 + 3 * i + j]
-                    self.quadratic[k][i, j] = values[k, 12 + 3 * i + j]
+                    self.quadratic[k][i, j] = values[k, 3 + 3 * i + j]
                 for j in range(4):
-                    self.shift[k][i, j] = values[k, 21 + 4 * i + j]
-
-    @ti.kernel
-    def _fill_cells(self):
-        """Each cell gathers its balls in their order, so that sums come out the same bits in every run."""
-        shape = self.grid_shape[None]
-        cells = shape[0] * shape[1] * shape[2]
-        size = self.cell_size[None]
-        for c in range(cells + 1):
-            cell = c if c < cells else MAX_CELLS
-            index = ti.Vector([c // (shape[1] * shape[2]), c // shape[2] % shape[1], c % shape[2]])
-            middle = self.grid_origin[None] + (index + 0.5) * size
-            found = 0
-            for k in range(self.count):
-                reaches = self.bounded[k] == 0
-                if c < cells and self.bounded[k] == 1:
-                    reaches = self._ball_meets_box(k, middle, 0.5 * size)
-                if reaches:
-                    self.cell_ball[cell, found] = k
-                    found += 1
-            self.cell_count[cell] = found
-
-    @ti.func
-    def _ball_meets_box(self, k, middle, half):
-        """Whether ball k, unless it is left out, may reach a cube; never False where it does. Tries the world's and the
-        ball's own axes."""
-        offset = middle - self.center[k]
-        axes = self.axes[k]
-        meets = self.near[k] == 1
-        for i in ti.static(range(3)):
-            extent = ti.Vector([axes[i, j] * self.radius[k][j] for j in ti.static(range(3))]).norm()
-            own = axes[0, i] * offset[0] + axes[1, i] * offset[1] + axes[2, i] * offset[2]
-            own_half = half * (abs(axes[0, i]) + abs(axes[1, i]) + abs(axes[2, i]))
-            if abs(offset[i]) > extent + half * 1.0001 or abs(own) > self.radius[k][i] + own_half * 1.0001:
-                meets = False
-        return meets
-
-    @ti.func
-    def _cell(self, x):
-        index = ti.floor((x - self.grid_origin[None]) / self.cell_size[None], ti.i32)
-        shape = self.grid_shape[None]
-        cell = MAX_CELLS
-        if (index >= 0).all() and (index < shape).all():
-            cell = (index[0] * shape[1] + index[1]) * shape[2] + index[2]
-        return cell
+                    self.shift[k][i, j] = values[k, 12 + 4 * i + j]
 
     @ti.func
     def _sums(self, x, cell):
         """The groups' sums of densities (eq. 1)."""
         sums = ti.Vector.zero(float, self.groups)
-        for e in range(self.cell_count[cell]):
-            k = self.cell_ball[cell, e]
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
             r = x - self.center[k]
             rest = 1 - r.dot(self.quadratic[k] @ r)
             if rest > 0:
@@ -211,7 +131,7 @@ class BodyField:
     @ti.func
     def density(self, x):
         """W (eq. 2)."""
-        return self._sums(x, self._cell(x)).max()
+        return self._sums(x, self.cells.at(x)).max()
 
     @ti.func
     def clearance(self, x):
@@ -222,33 +142,39 @@ class BodyField:
     @ti.func
     def query(self, x):
         """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
-        cell = self._cell(x)
-        sums = self._sums(x, cell)
+        cell = self.cells.at(x)
+        sums = ti.Vector.zero(float, self.groups)
+        inwards = ti.Matrix.zero(float, self.groups, 3)
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
+            r = x - self.center[k]
+            inward = self.quadratic[k] @ r
+            rest = 1 - r.dot(inward)
+            if rest > 0:
+                slope = self.weight[k] * rest * rest
+                member = self.member[k]
+                for g in ti.static(range(self.groups)):
+                    if member >> g & 1:
+                        sums[g] += slope * rest
+                        for i in ti.static(range(3)):
+                            inwards[g, i] += slope * inward[i]
         winner = 0
         value = sums[0]
+        gradient = -6 * inwards[0, :]
         for g in ti.static(range(1, self.groups)):
             if sums[g] > value:
                 value = sums[g]
+                gradient = -6 * inwards[g, :]
                 winner = g
-        gradient = ti.Vector.zero(float, 3)
-        if value > 0:
-            for e in range(self.cell_count[cell]):
-                k = self.cell_ball[cell, e]
-                if self.member[k] >> winner & 1:
-                    r = x - self.center[k]
-                    inward = self.quadratic[k] @ r
-                    rest = 1 - r.dot(inward)
-                    if rest > 0:
-                        gradient -= 6 * self.weight[k] * rest * rest * inward
         return value, gradient, winner
 
     @ti.func
     def hessian(self, x, winner):
         """Hessian [1/m^2] of a group's sum."""
-        cell = self._cell(x)
+        cell = self.cells.at(x)
         result = ti.Matrix.zero(float, 3, 3)
-        for e in range(self.cell_count[cell]):
-            k = self.cell_ball[cell, e]
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
             if self.member[k] >> winner & 1:
                 r = x - self.center[k]
                 inward = self.quadratic[k] @ r
@@ -317,11 +243,11 @@ class BodyField:
         The winner's balls move with their bones, each counting by its density at x. Zero where nothing moved or
         nothing reaches.
         """
-        cell = self._cell(x)
+        cell = self.cells.at(x)
         total = ti.cast(0, float)
         blend = ti.Vector.zero(float, 3)
-        for e in range(self.cell_count[cell]):
-            k = self.cell_ball[cell, e]
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
             if self.member[k] >> winner & 1:
                 r = x - self.center[k]
                 rest = 1 - r.dot(self.quadratic[k] @ r)

@@ -15,14 +15,15 @@ SPARE = 0.05
 
 
 class Reach:
-    """A box from ``low`` to ``high`` (3,) [m] that only grows; empty at first.
+    """A box from ``low`` to ``high`` (3,) [m] that only grows; empty at first, or without bounds where ``everywhere``.
 
     ``walk`` [m]: an answer for a point asks the body no further from it.
     """
 
-    def __init__(self, walk: float):
+    def __init__(self, walk: float, everywhere: bool = False):
         self.walk = walk
-        self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
+        self.high = np.full(3, np.inf if everywhere else -np.inf)
+        self.low = -self.high
 
     def hold(self, low: np.ndarray, high: np.ndarray) -> bool:
         """Hold all that is asked from ``low`` to ``high`` (3,) [m]; whether the box has grown."""

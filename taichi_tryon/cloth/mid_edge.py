@@ -40,6 +40,10 @@ class MidEdge:
             diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
         self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
+        around, by_rotation, by_angle = _couplings(cloth)
+        self.around = tables.vectors(around)
+        self.by_rotation, self.by_angle = tables.vectors(by_rotation), tables.vectors(by_angle)
+        self.load = ti.field(float, shape=self.ne)
         self.rotation = ti.field(float, shape=(2, self.ne))
         self.rotation_step = ti.field(float, shape=self.ne)
         self._chebyshev(cloth.edge_rate)
@@ -71,12 +75,18 @@ class MidEdge:
         """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
         self.hinges.begin_stage(v, ahead, beyond)
 
+    @ti.kernel
     def evaluate(self, inverse_dt: float):
         """Hinge angles, edge rotations and moments at the present positions."""
-        self._measure()
-        for sweep in range(SWEEPS):
-            self._turn_edges(self.keep[sweep], self.add[sweep], sweep % 2)
-        self._evaluate_moments(inverse_dt)
+        for e in range(self.ne):
+            self._measure(e)
+        for e in range(self.ne):
+            self._load(e)
+        for sweep in ti.static(range(SWEEPS)):
+            for e in range(self.ne):
+                self._turn(e, self.keep[sweep], self.add[sweep], sweep % 2)
+        for e in range(self.ne):
+            self._evaluate_moment(e, inverse_dt)
 
     @ti.func
     def _edge_angles(self, t: int, buffer: int):
@@ -88,59 +98,67 @@ class MidEdge:
         return alpha
 
     @ti.func
-    def _edge_moment(self, t: int, e: int, buffer: int):
-        """Derivative of triangle t's energy with respect to its angle at edge e, and the edge's sign there."""
-        alpha = self._edge_angles(t, buffer)
+    def _edge_moment(self, t: int, e: int):
+        """Derivative of triangle t's energy with respect to its angle at edge e."""
+        alpha = self._edge_angles(t, 0)
         m = self.stiffness[t] @ alpha
         moment = ti.cast(0.0, float)
-        sign = 0
         for k in ti.static(range(3)):
             if self.triangle_edge[t][k] == e:
                 moment = m[k]
-                sign = self.edge_sign[t][k]
         if ti.static(self.friction.present):
             moment += self.friction.at_edge(t, e, alpha)[0]
-        return moment, sign
+        return moment
 
-    @ti.kernel
-    def _measure(self):
-        for e in range(self.ne):
-            if self.hinges.inner(e):
-                self.hinges.measure(e)
-                if self.clamp[e] != 0:
-                    # the edge's normal is that of the clamped triangle
-                    for buffer in range(2):
-                        self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.angle[e]
+    @ti.func
+    def _measure(self, e: int):
+        if self.hinges.inner(e):
+            self.hinges.measure(e)
+            if self.clamp[e] != 0:
+                # the edge's normal is that of the clamped triangle
+                for buffer in range(2):
+                    self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.angle[e]
 
-    @ti.kernel
-    def _turn_edges(self, keep: float, add: float, source: int):
-        """One Chebyshev sweep on the edge rotations, from buffer ``source`` to the other one."""
-        for e in range(self.ne):
-            residual = ti.cast(0.0, float)
+    @ti.func
+    def _load(self, e: int):
+        """The part of the energy's derivative with respect to rotation e that the hinge angles make."""
+        total = self.by_angle[e][0] * self.hinges.angle[e]
+        for k in ti.static(range(4)):
+            total += self.by_angle[e][1 + k] * self.hinges.angle[self.around[e][k]]
+        self.load[e] = total
+
+    @ti.func
+    def _turn(self, e: int, keep: float, add: float, source: int):
+        """One Chebyshev sweep on edge rotation e, from buffer ``source`` to the other one."""
+        slope = self.load[e] + self.by_rotation[e][0] * self.rotation[source, e]
+        for k in ti.static(range(4)):
+            slope += self.by_rotation[e][1 + k] * self.rotation[source, self.around[e][k]]
+        if ti.static(self.friction.present):
             for side in range(2):
                 t = self.hinge_triangle[e][side]
                 if t >= 0:
-                    moment, sign = self._edge_moment(t, e, source)
-                    residual -= sign * moment
-            step = keep * self.rotation_step[e] + add * residual / self.rotation_diagonal[e]
-            self.rotation_step[e] = step
-            self.rotation[1 - source, e] = self.rotation[source, e] + step
+                    sign = 0
+                    for k in ti.static(range(3)):
+                        if self.triangle_edge[t][k] == e:
+                            sign = self.edge_sign[t][k]
+                    slope += sign * self.friction.at_edge(t, e, self._edge_angles(t, source))[0]
+        step = keep * self.rotation_step[e] - add * slope / self.rotation_diagonal[e]
+        self.rotation_step[e] = step
+        self.rotation[1 - source, e] = self.rotation[source, e] + step
 
-    @ti.kernel
-    def _evaluate_moments(self, inverse_dt: float):
-        for e in range(self.ne):
-            if self.hinges.inner(e):
-                total = self.hinges.drag(e, inverse_dt)
+    @ti.func
+    def _evaluate_moment(self, e: int, inverse_dt: float):
+        if self.hinges.inner(e):
+            total = self.hinges.drag(e, inverse_dt)
+            for side in range(2):
+                total += self.hinges.share[e] * self._edge_moment(self.hinge_triangle[e][side], e)
+            self.hinges.moment[e] = total
+            if ti.static(self.friction.present):
+                stuck = ti.cast(0.0, float)
                 for side in range(2):
-                    moment, _ = self._edge_moment(self.hinge_triangle[e][side], e, 0)
-                    total += self.hinges.share[e] * moment
-                self.hinges.moment[e] = total
-                if ti.static(self.friction.present):
-                    stuck = ti.cast(0.0, float)
-                    for side in range(2):
-                        t = self.hinge_triangle[e][side]
-                        stuck += self.friction.at_edge(t, e, self._edge_angles(t, 0))[1]
-                    self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
+                    t = self.hinge_triangle[e][side]
+                    stuck += self.friction.at_edge(t, e, self._edge_angles(t, 0))[1]
+                self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
 
     @ti.func
     def force(self, i: int):
@@ -180,3 +198,25 @@ class MidEdge:
         """Go on from a ``state``."""
         fields.upload(self.rotation, state["rotation"])
         self.friction.restore(state)
+
+
+def _couplings(cloth: Cloth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Around each edge the four others (ne, 4) of its triangles, itself where there are fewer; and what rotations, or
+    hinge angles, of itself and of those add to the derivative of the energy with respect to its rotation, two times
+    (ne, 5) [N m]."""
+    ne = len(cloth.hinges)
+    around = np.repeat(np.arange(ne)[:, None], 4, axis=1)
+    by_rotation, by_angle = np.zeros((2, ne, 5))
+    for side in range(2):
+        e = np.flatnonzero(cloth.hinge_triangles[:, side] >= 0)
+        t = cloth.hinge_triangles[e, side]
+        own = np.argmax(cloth.triangle_edges[t] == e[:, None], axis=1)
+        for turn in range(3):
+            other = (own + turn) % 3
+            lean = cloth.edge_signs[t, own] * cloth.edge_stiffness[t, own, other]
+            place = 2 * side + turn if turn else 0
+            by_rotation[e, place] += lean * cloth.edge_signs[t, other]
+            by_angle[e, place] += 0.5 * lean
+            if turn:
+                around[e, place - 1] = cloth.triangle_edges[t, other]
+    return around, by_rotation, by_angle

@@ -134,6 +134,7 @@ class Cloth:
             )
             v, t, e = v + mesh.vertex_count, t + nt, e + ne
         arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
+        rows.clear()
         stuck = arrays[10] + stuck_stiffness(*arrays[1:3], arrays[15])
         edge_rate = _edge_rate(arrays[8], arrays[7], arrays[10], stuck)
         return Cloth(tuple(parts), *arrays, edge_rate=edge_rate, bending=bending, membrane=membrane)
@@ -159,16 +160,16 @@ def _edge_rate(triangle_edges, hinge_triangles, least, greatest) -> tuple[float,
     (nt, 3, 3) that it may have, after scaling by the diagonal of the greatest."""
     nt, ne = len(triangle_edges), len(hinge_triangles)
     signs = np.where(hinge_triangles[triangle_edges, 0] == np.arange(nt)[:, None], 1.0, -1.0)
-    i = np.repeat(triangle_edges[:, :, None], 3, axis=2)
-    j = np.repeat(triangle_edges[:, None, :], 3, axis=1)
-
-    def system(stiffness) -> sp.csr_matrix:
-        values = stiffness * signs[:, :, None] * signs[:, None, :]
-        return sp.csr_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=(ne, ne))
-
-    stiff = system(greatest)
-    scale = sp.diags(1 / np.sqrt(stiff.diagonal()))
+    edges = triangle_edges.astype(np.int32)
+    diagonal = np.bincount(edges.ravel(), np.einsum("tkk->tk", greatest).ravel(), ne)
+    scale = sp.diags(1 / np.sqrt(diagonal))
     options = dict(k=1, which="LA", v0=np.ones(ne), return_eigenvectors=False)
-    high = spla.eigsh(scale @ stiff @ scale, tol=1e-2, **options)[0]
-    low = spla.eigsh(2 * high * sp.identity(ne) - scale @ system(least) @ scale, tol=1e-3, **options)[0]
+
+    def scaled(stiffness) -> sp.csr_matrix:
+        values = stiffness * signs[:, :, None] * signs[:, None, :]
+        places = np.repeat(edges, 3, axis=1).ravel(), np.tile(edges, 3).ravel()
+        return scale @ sp.csr_matrix((values.ravel(), places), shape=(ne, ne)) @ scale
+
+    high = spla.eigsh(scaled(greatest), tol=1e-2, **options)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - scaled(least), tol=1e-3, **options)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

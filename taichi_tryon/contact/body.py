@@ -46,6 +46,7 @@ class BodyContact:
         self.samples, self.sleeps, self.rubs = samples, sleeps, friction > 0.0
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
+        room = max(self.count, 1)
         tables = fields.Tables()
         self.vertex = tables.vectors(samples.vertices)
         self.weight = tables.vectors(samples.weights)
@@ -53,15 +54,14 @@ class BodyContact:
         self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
-        self.stick, self.limit, self.along = (ti.field(float, shape=self.count) for _ in range(3))
-        self.depth = ti.field(float, shape=self.count)
-        self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=self.count) for _ in range(4))
-        self.hold = ti.Matrix.field(3, 3, float, shape=self.count)
+        self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
+        self.depth = ti.field(float, shape=room)
+        self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
-        self.seen = ti.Vector.field(3, float, shape=self.count)
-        self.until = ti.field(float, shape=self.count)
+        self.seen = ti.Vector.field(3, float, shape=room)
+        self.until = ti.field(float, shape=room)
         self.until.fill(-1.0)
-        self.winner, self.looked, self.known = (ti.field(ti.i32, shape=self.count) for _ in range(3))
+        self.winner, self.looked, self.known = (ti.field(ti.i32, shape=room) for _ in range(3))
         self.evaluations, self._placed = 0, -1
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
@@ -94,31 +94,42 @@ class BodyContact:
         shallow = ti.min(d, STIFF * t)
         return self.stiffness[None] * shallow * (shallow * shallow / 3.0 + d * (d - shallow)) / t
 
+    def cover(self):
+        """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
+        if not self.body.everywhere:
+            self._measure(self.corners)
+            self.body.cover(np.fmin.reduce(self.corners[:, :3]), np.fmax.reduce(self.corners[:, 3:]))
+
+    @ti.func
+    def _bond(self, s: int) -> float:
+        """Friction on sample s over its drag [N/m]."""
+        bond, length = self.stick[s], self.drag[s].norm()
+        if bond * length > self.limit[s]:
+            bond = self.limit[s] / length
+        return bond
+
     @ti.func
     def _respond(self, s: int):
-        """Force on sample s [N] and its Hessian [N/m], from depth, normal and drag."""
+        """Force on sample s [N], from depth, normal and drag."""
+        load = self._pressure(s) * self.area[s] * self.normal[s]
+        if ti.static(self.rubs):
+            load -= self._bond(s) * self.drag[s]
+        self.load[s] = load
+
+    @ti.func
+    def _hold(self, s: int):
+        """Hessian of sample s [N/m], which few enough feel to make it where it is asked for."""
         n = self.normal[s]
         normal_part = n.outer_product(n)
-        load = self._pressure(s) * self.area[s] * n
         hold = self._steepness(s) * self.area[s] * normal_part
         if ti.static(self.rubs):
-            drag = self.drag[s]
+            drag, bond = self.drag[s], self._bond(s)
             length = drag.norm()
-            bond = self.stick[s]
-            if bond * length > self.limit[s]:
-                bond = self.limit[s] / length
-            load -= bond * drag
             tangential = bond * (ti.Matrix.identity(float, 3) - normal_part)
             if self.along[s] < 1.0 and length > 0.0:
                 tangential -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
             hold += tangential
-        self.load[s], self.hold[s] = load, hold
-
-    def cover(self):
-        """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
-        if self.body.reach is not None:
-            self._measure(self.corners)
-            self.body.cover(np.fmin.reduce(self.corners[:, :3]), np.fmax.reduce(self.corners[:, 3:]))
+        return hold
 
     @ti.kernel
     def _measure(self, corners: ti.types.ndarray()):
@@ -204,8 +215,10 @@ class BodyContact:
     @ti.func
     def room(self, i: int, travelled: float) -> float:
         """How far vertex i may go at least [m] before it could touch the body; 0 where that is not known."""
-        # the first samples are the vertices
-        return ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
+        free = ti.cast(ti.math.inf, float)
+        if ti.static(self.count > 0):  # the first samples are the vertices
+            free = ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
+        return free
 
     def bind(self, first: int, ahead: float):
         """Set friction's stiffness and limit from the present normal forces, and which samples slip.
@@ -262,7 +275,7 @@ class BodyContact:
         """Hessian block of sample s between its corners a and b."""
         result = ti.Matrix.zero(float, 3, 3)
         if self.depth[s] > 0.0:
-            result = self.weight[s][a] * self.weight[s][b] * self.hold[s]
+            result = self.weight[s][a] * self.weight[s][b] * self._hold(s)
         return result
 
     @ti.func
@@ -272,7 +285,7 @@ class BodyContact:
         for n in range(self.entry_start[i], self.entry_start[i + 1]):
             s, k = self.entry[n] // 3, self.entry[n] % 3
             if self.depth[s] > 0.0:
-                part = self.weight[s][k] * self.hold[s]
+                part = self.weight[s][k] * self._hold(s)
                 total += part
                 own += self.weight[s][k] * part
         return total, own
@@ -298,6 +311,6 @@ class BodyContact:
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
-        depth, t = self.depth.to_numpy(), self.thickness[None]
+        depth, t = self.depth.to_numpy()[: self.count], self.thickness[None]
         shallow = np.minimum(depth, STIFF * t)
         return self.stiffness[None] * shallow * (2 * depth - shallow) / t

@@ -245,9 +245,10 @@ class ClothContact:
 
     @ti.func
     def product(self, i: int, vector: ti.template()):
-        """Row i of the Hessian times a vector field."""
+        """Row i of the Hessian times a field of vectors, of which the first three entries count."""
         total = ti.Vector([0.0, 0.0, 0.0])
         for n in range(self.start[i], self.start[i + 1]):
             p, k = self.entry[n] // 4, self.entry[n] % 4
-            total += self.weight[p][k] * (self.hold[p] @ self._between(vector, self.corner[p], self.weight[p]))
+            between = self._between(vector, self.corner[p], self.weight[p])
+            total += self.weight[p][k] * (self.hold[p] @ ti.Vector([between[0], between[1], between[2]]))
         return total

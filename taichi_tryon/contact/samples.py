@@ -27,6 +27,11 @@ class Samples:
     areas: np.ndarray
 
     @staticmethod
+    def none() -> Samples:
+        """Those of cloth that there is no body for."""
+        return Samples(np.zeros((0, 3), int), np.zeros((0, 3)), np.zeros(0))
+
+    @staticmethod
     def of(triangles: np.ndarray, areas: np.ndarray, edges: np.ndarray, triangle_edges: np.ndarray, nv: int) -> Samples:
         """Samples of a mesh: triangles (nt, 3), their areas, edges (ne, 2), the three edges of each triangle."""
         ids = np.arange(nv)
@@ -43,7 +48,3 @@ class Samples:
             ),
             areas=np.concatenate([of_vertex, of_edge, areas * CENTROID]),
         )
-
-    def of_vertices(self, nv: int) -> Samples:
-        """Those at the nv vertices alone."""
-        return Samples(self.vertices[:nv], self.weights[:nv], self.areas[:nv])

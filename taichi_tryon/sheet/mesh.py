@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from taichi_tryon.errors import PatternError
 from taichi_tryon.mesh.bands import Tapes
@@ -168,4 +169,4 @@ def _weld(points: np.ndarray, spec: SheetSpec) -> np.ndarray:
 
 def _numbers(points: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Which of the points (n, 2) lie at the places ``along`` (k, 2)."""
-    return np.linalg.norm(points[None] - along[:, None], axis=2).argmin(axis=1)
+    return cKDTree(points).query(along)[1]

@@ -13,14 +13,21 @@ from scipy.linalg import lapack
 from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
+from taichi_tryon.solver.matrix import unpadded
 
 MODES = 6
-# vertices of a patch, and the greatest number of patches: E is dense
-VERTICES_PER_PATCH, MOST_PATCHES = 50, 160
+# vertices of a patch at least, and the number of patches over the cube root of that of the vertices at most: inverting
+# E, which is dense, then costs a constant part of what the other vectors' work does
+VERTICES_PER_PATCH, MOST_PATCHES = 50, 4.6
 # rows of the inverse that are worked on together
 ROWS = 16
 # share of the diagonal added to E
 SHIFT = 3e-6
+
+
+def patch_count(vertices: int) -> int:
+    """How many patches so many vertices are best divided into."""
+    return int(np.clip(MOST_PATCHES * np.cbrt(vertices), 1, max(1, vertices // VERTICES_PER_PATCH)))
 
 
 @ti.data_oriented
@@ -78,9 +85,9 @@ class CoarseSpace:
         """Block of the matrix that counts as n."""
         block = ti.Matrix.zero(float, 3, 3)
         if n < self.first_own:
-            block = ti.cast(self.matrix.block[n], float)
+            block = unpadded(self.matrix.block[n])
         elif n < self.first_far:
-            block = ti.cast(self.matrix.diagonal[n - self.first_own], float)
+            block = unpadded(self.matrix.diagonal[n - self.first_own])
         elif ti.static(self.matrix.bending.constant):
             block = ti.cast(self.matrix.far_value[n - self.first_far], float) * ti.Matrix.identity(float, 3)
         return block
@@ -153,18 +160,27 @@ class CoarseSpace:
                 diagonal *= 1 + 1e-3
                 factor, fault = lapack.spotrf(e.T, lower=1)
             inverse, fault = lapack.spotri(factor, lower=1) if not fault else (np.zeros_like(e), 0)
-        rows = np.zeros((self.row_blocks * ROWS, self.size), np.float32)
-        rows[: self.size] = np.tril(inverse) + np.tril(inverse, -1).T
-        self.inverse.from_numpy(rows.reshape(self.row_blocks, ROWS, self.size).transpose(0, 2, 1).copy())
+        self._take(inverse.T)
+
+    @ti.kernel
+    def _take(self, upper: ti.types.ndarray()):
+        """Let E^-1 be the symmetric matrix whose upper triangle is given."""
+        for b in range(self.row_blocks):
+            for m in range(self.size):
+                for k in ti.static(range(ROWS)):
+                    row = ROWS * b + k
+                    if row < self.size:
+                        self.inverse[b, m][k] = upper[ti.min(row, m), ti.max(row, m)]
 
     @ti.func
     def restrict(self, J: int, r: ti.template()):
-        """P^T r at patch J, into ``restricted``."""
+        """P^T r at patch J, into ``restricted``; of r the first three entries count."""
         force, torque = ti.Vector([0.0, 0.0, 0.0], ti.f32), ti.Vector([0.0, 0.0, 0.0], ti.f32)
         for n in range(self.member_start[J], self.member_start[J + 1]):
             i = self.member[n]
-            force += r[i]
-            torque += self.arm[i].cross(r[i])
+            here = ti.Vector([r[i][0], r[i][1], r[i][2]])
+            force += here
+            torque += self.arm[i].cross(here)
         for k in ti.static(range(3)):
             self.restricted[6 * J + k] = force[k]
             self.restricted[6 * J + 3 + k] = torque[k]

@@ -1,4 +1,4 @@
-"""Preconditioned conjugate gradients with all scalars on the device and one reduction point an iteration."""
+"""Preconditioned conjugate gradients with all scalars on the device."""
 
 import numpy as np
 import taichi as ti
@@ -13,7 +13,8 @@ ROUNDING = 1e-4
 
 @ti.data_oriented
 class ConjugateGradients:
-    """Solves A d = b in the variant of Chronopoulos and Gear 1989, starting from d = 0.
+    """Solves A d = b from d = 0 (Hestenes and Stiefel 1952). The variant with one sum an iteration (Chronopoulos and
+    Gear 1989) finds the curvature as a difference, which single precision does not bear where contact is stiff.
 
     The preconditioner is the ``local`` blocks, plus a coarse space where one is given. Vectors are of single precision,
     as the matrix is; sums are not. It stops on the preconditioned norm sqrt(r^T z) relative to that of b: the plain
@@ -27,10 +28,12 @@ class ConjugateGradients:
         # on a CPU the parts of an iteration are too short to be shared out: waking threads costs what they save
         self.alone = ti.cfg.arch == ti.cpu
         self.b = ti.Vector.field(3, float, shape=self.nv)
-        # one entry more for the vertices that a local block lacks
-        self.r, self.z = (ti.Vector.field(3, ti.f32, shape=self.nv + 1) for _ in range(2))
-        self.d, self.az, self.p, self.ap = (ti.Vector.field(3, ti.f32, shape=self.nv) for _ in range(4))
-        self.partial = ti.Vector.field(2, ti.f64, shape=fields.CHUNKS)
+        self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
+        # of four entries, the fourth 0: a processor takes them at once
+        self.p, self.ap = (ti.Vector.field(4, ti.f32, shape=self.nv) for _ in range(2))
+        # one more for the vertices that a local block lacks
+        self.r, self.z = (ti.Vector.field(4, ti.f32, shape=self.nv + 1) for _ in range(2))
+        self.partial = ti.field(ti.f64, shape=fields.CHUNKS)
         # gamma = r.z, and what follows from it
         self.gamma, self.gamma_start, self.beta, self.step = (ti.field(ti.f64, shape=()) for _ in range(4))
         self.going, self.indefinite = (ti.field(ti.i32, shape=()) for _ in range(2))
@@ -38,9 +41,11 @@ class ConjugateGradients:
     @ti.kernel
     def _begin(self):
         for i in range(self.nv):
-            self.r[i] = ti.cast(self.matrix.free[i] * self.b[i], ti.f32)
-            for field in ti.static((self.d, self.p, self.ap)):
-                field[i] = ti.Vector([0.0, 0.0, 0.0], ti.f32)
+            b = ti.cast(self.matrix.free[i] * self.b[i], ti.f32)
+            for k in ti.static(range(3)):
+                self.r[i][k] = b[k]
+            self.d[i] = ti.Vector([0.0, 0.0, 0.0], ti.f32)
+            self.p[i] = ti.Vector([0.0] * 4, ti.f32)
         self.gamma_start[None] = 0.0
         self.going[None], self.indefinite[None] = 1, 0
 
@@ -66,67 +71,107 @@ class ConjugateGradients:
                 self.coarse.restrict(J, self.r)
             for b in range(self.coarse.row_blocks):
                 self.coarse.solve_rows(b)
-        for c in range(self.local.count):
-            self._precondition(c)
+        for chunk in range(fields.CHUNKS):
+            self._precondition(chunk)
+        for _once in range(1):
+            self._turn(tolerance)
+        for chunk in range(fields.CHUNKS):
+            self._aim(chunk)
         for chunk in range(fields.CHUNKS):
             self._multiply(chunk)
         for _once in range(1):
-            self._choose_step(tolerance)
+            self._choose_step()
         for chunk in range(fields.CHUNKS):
-            self._go_on(chunk)
+            self._go(chunk)
 
     @ti.func
-    def _precondition(self, c: int):
-        """z = D^-1 r + P E^-1 P^T r in local block c."""
-        self.local.solve(c, self.r, self.z)
-        for a in range(self.local.size):
-            i = self.local.member[c * self.local.size + a]
-            if i < self.nv:
-                z = self.z[i]
-                if ti.static(self.two_level):
-                    z += self.coarse.prolong(i)
-                self.z[i] = ti.cast(self.matrix.free[i], ti.f32) * z
+    def _precondition(self, chunk: int):
+        """z = D^-1 r + P E^-1 P^T r, and the chunk's share of r.z."""
+        low, high = fields.chunk_bounds(chunk, self.local.count)
+        dots = ti.Vector([0.0] * 4, ti.f64)
+        for c in range(low, high):
+            self.local.solve(c, self.r, self.z)
+            for a in range(self.local.size):
+                i = self.local.member[c * self.local.size + a]
+                if i < self.nv:
+                    shift = ti.Vector([0.0] * 3, ti.f32)
+                    if ti.static(self.two_level):
+                        shift = self.coarse.prolong(i)
+                    z = self.z[i]
+                    for k in ti.static(range(3)):
+                        z[k] += shift[k]
+                    z *= self.matrix.mask[i]
+                    self.z[i] = z
+                    dots += ti.cast(self.r[i] * z, ti.f64)
+        self.partial[chunk] = dots.sum()
 
     @ti.func
-    def _multiply(self, chunk: int):
-        """A z, and the chunk's share of r.z and z.A z."""
-        low, high = fields.chunk_bounds(chunk, self.nv)
-        dots = ti.Vector([0.0, 0.0], ti.f64)
-        for i in range(low, high):
-            product = self.matrix.row_product(i, self.z)
-            self.az[i] = product
-            dots += ti.cast(ti.Vector([self.r[i].dot(self.z[i]), product.dot(self.z[i])]), ti.f64)
-        self.partial[chunk] = dots
-
-    @ti.func
-    def _choose_step(self, tolerance: float):
-        dots = ti.Vector([0.0, 0.0], ti.f64)
+    def _sum(self):
+        total = ti.cast(0.0, ti.f64)
         for chunk in range(fields.CHUNKS):
-            dots += self.partial[chunk]
-        gamma, last = dots[0], self.gamma[None]
+            total += self.partial[chunk]
+        return total
+
+    @ti.func
+    def _turn(self, tolerance: float):
+        """Choose beta, by which the last direction counts, or stop."""
+        gamma, last = self._sum(), self.gamma[None]
         first = self.gamma_start[None] == 0.0
         if first:
             self.gamma_start[None] = gamma
-        beta = 0.0 if first else gamma / last
-        curvature = dots[1] if first else dots[1] - beta * gamma / self.step[None]
-        rounded = ti.abs(gamma) < ROUNDING * ROUNDING * self.gamma_start[None]
-        if self.going[None] == 1 and not rounded and (curvature < 0.0 or gamma < 0.0):
+        if self.going[None] == 1 and gamma < 0.0 and not self._rounded(gamma):
             self.indefinite[None] = 1
-        if not (curvature > 0.0 and gamma > tolerance * tolerance * self.gamma_start[None]):
+        if not gamma > tolerance * tolerance * self.gamma_start[None]:
             self.going[None] = 0
-        if self.going[None] == 1:
-            self.beta[None], self.step[None] = beta, gamma / curvature
+        self.beta[None] = 0.0 if first else gamma / last
         self.gamma[None] = gamma
 
     @ti.func
-    def _go_on(self, chunk: int):
+    def _aim(self, chunk: int):
+        """The direction p = z + beta p."""
         if self.going[None] == 1:
-            beta, step = ti.cast(self.beta[None], ti.f32), ti.cast(self.step[None], ti.f32)
+            beta = ti.cast(self.beta[None], ti.f32)
             low, high = fields.chunk_bounds(chunk, self.nv)
             for i in range(low, high):
-                p, ap = self.z[i] + beta * self.p[i], self.az[i] + beta * self.ap[i]
-                self.p[i], self.ap[i] = p, ap
-                self.d[i], self.r[i] = self.d[i] + step * p, self.r[i] - step * ap
+                self.p[i] = self.z[i] + beta * self.p[i]
+
+    @ti.func
+    def _multiply(self, chunk: int):
+        """A p, and the chunk's share of p.A p."""
+        low, high = fields.chunk_bounds(chunk, self.nv)
+        dots = ti.Vector([0.0] * 4, ti.f64)
+        for i in range(low, high):
+            product = self.matrix.row_product(i, self.p)
+            self.ap[i] = product
+            dots += ti.cast(self.p[i] * product, ti.f64)
+        self.partial[chunk] = dots.sum()
+
+    @ti.func
+    def _choose_step(self):
+        curvature = self._sum()
+        if self.going[None] == 1:
+            if curvature > 0.0:
+                self.step[None] = self.gamma[None] / curvature
+            else:
+                self.going[None] = 0
+                if curvature < 0.0 and not self._rounded(self.gamma[None]):
+                    self.indefinite[None] = 1
+
+    @ti.func
+    def _rounded(self, gamma):
+        """Whether so little is left that signs may be those of rounding."""
+        return ti.abs(gamma) < ROUNDING * ROUNDING * self.gamma_start[None]
+
+    @ti.func
+    def _go(self, chunk: int):
+        """Go a step along p."""
+        if self.going[None] == 1:
+            step = ti.cast(self.step[None], ti.f32)
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            for i in range(low, high):
+                p = self.p[i]
+                self.r[i] = self.r[i] - step * self.ap[i]
+                self.d[i] = self.d[i] + step * ti.Vector([p[0], p[1], p[2]])
 
     def solve(self, tolerance: float, max_iterations: int, refresh: bool = True) -> tuple[int, float]:
         """Solve for ``d``; returns iterations and the reached sqrt(r^T z) relative to that of b.

@@ -47,9 +47,9 @@ class ImplicitStep:
         # where what is held shall be at the end of a step
         self.held_at = ti.Vector.field(3, float, shape=self.nv)
         self.elastic = Elastic(cloth, self.x)
-        samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
-        if body.absent:  # the cloth's way is measured at its vertices even so
-            samples = samples.of_vertices(self.nv)
+        samples = Samples.none()
+        if body.present:
+            samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
         self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
         tables = fields.Tables()
@@ -211,6 +211,7 @@ class ImplicitStep:
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "touched": self.flight.touched,
+            "coasting_waits": np.array(self.newton.wait),
             **self.elastic.state(),
         }
 
@@ -220,6 +221,7 @@ class ImplicitStep:
         fields.upload(self.v, state["velocities"])
         fields.upload(self.a, state["accelerations"])
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
+        self.newton.wait = int(state["coasting_waits"])
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         self.elastic.restore(state)

@@ -8,6 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.solver.matrix import unpadded
 
 
 @ti.data_oriented
@@ -28,86 +29,116 @@ class LocalBlocks:
         self.member = tables.scalars(member.ravel())
         self.owner, self.slot = tables.scalars(owner), tables.scalars(slot)
         tables.fill()
-        # so many rows of a block are worked on together, a power of 2 that a processor's registers hold
-        self.rows = 8 if size % 8 == 0 else 3
-        self.parts = 3 * size // self.rows
-        self.work = ti.field(ti.f64, shape=(self.count, 3 * size, 3 * size))
-        self.inverse = ti.Vector.field(self.rows, ti.f32, shape=(self.count, 3 * size, self.parts))
+        # so many columns of a block are worked on together, a power of 2 that a processor's registers hold
+        self.lanes = 8 if size % 8 == 0 else 3
+        self.parts = 3 * size // self.lanes
+        # what the matrix has in a block, and its inversion, in each chunk of the work
+        self.entry = ti.field(ti.f64, shape=(fields.CHUNKS, 3 * size, 3 * size))
+        self.factor = ti.field(ti.f64, shape=(fields.CHUNKS, 3 * size))
+        self.work = ti.Vector.field(self.lanes, ti.f64, shape=(fields.CHUNKS, 3 * size, self.parts))
+        self.inverse = ti.Vector.field(self.lanes, ti.f32, shape=(self.count, 3 * size, self.parts))
 
     @ti.kernel
     def update(self):
         """Invert the blocks of the matrix as it is."""
-        for c in range(self.count):
-            for row in range(3 * self.size):
-                for column in range(3 * self.size):
-                    self.work[c, row, column] = 0.0
-            for a in range(self.size):
-                self._fill_row(c, a)
-            self._invert(c)
-            for row in range(3 * self.size):
-                for column in range(3 * self.size):
-                    value = ti.cast(self.work[c, row, column], ti.f32)
-                    self.inverse[c, row, column // self.rows][column % self.rows] = value
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.count)
+            for c in range(low, high):
+                self._fill(chunk, c)
+                for k in range(3 * self.size):
+                    self._sweep(chunk, k)
+                for row in range(3 * self.size):
+                    for part in ti.static(range(self.parts)):
+                        self.inverse[c, row, part] = -ti.cast(self.work[chunk, row, part], ti.f32)
 
     @ti.func
-    def _fill_row(self, c: int, a: int):
+    def _fill(self, chunk: int, c: int):
+        """Set ``work`` to block c."""
+        for row in range(3 * self.size):
+            for column in range(3 * self.size):
+                self.entry[chunk, row, column] = 0.0
+        for a in range(self.size):
+            self._fill_row(chunk, c, a)
+        for row in range(3 * self.size):
+            for part in range(self.parts):
+                first = part * self.lanes
+                self.work[chunk, row, part] = ti.Vector(
+                    [self.entry[chunk, row, first + k] for k in ti.static(range(self.lanes))]
+                )
+
+    @ti.func
+    def _fill_row(self, chunk: int, c: int, a: int):
         """What the matrix has in row ``a`` of block c; where a vertex is held, or none is there, that of the unit."""
         i = self.member[c * self.size + a]
         if i == self.nv:
-            self._put(c, a, a, ti.Matrix.identity(float, 3))
+            self._put(chunk, a, a, ti.Matrix.identity(float, 3))
         else:
             own, free = self.matrix.own(i), self.matrix.free[i]
             own *= free.outer_product(free)
             for k in ti.static(range(3)):
                 own[k, k] += 1.0 - free[k]
-            self._put(c, a, a, own)
+            self._put(chunk, a, a, own)
             for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                 j = self.matrix.column[n]
                 if self.owner[j] == c:
-                    block = ti.cast(self.matrix.block[n], float)
-                    self._put(c, a, self.slot[j], self.matrix.masked(i, j, block))
+                    block = unpadded(self.matrix.block[n])
+                    self._put(chunk, a, self.slot[j], self.matrix.masked(i, j, block))
             if ti.static(self.matrix.bending.constant):
                 for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):
                     j = self.matrix.far_column[n]
                     if self.owner[j] == c:
                         block = ti.cast(self.matrix.far_value[n], float) * ti.Matrix.identity(float, 3)
-                        self._put(c, a, self.slot[j], self.matrix.masked(i, j, block))
+                        self._put(chunk, a, self.slot[j], self.matrix.masked(i, j, block))
 
     @ti.func
-    def _put(self, c: int, a: int, b: int, block):
+    def _put(self, chunk: int, a: int, b: int, block):
         for k in ti.static(range(3)):
             for m in ti.static(range(3)):
-                self.work[c, 3 * a + k, 3 * b + m] = ti.cast(block[k, m], ti.f64)
+                self.entry[chunk, 3 * a + k, 3 * b + m] = ti.cast(block[k, m], ti.f64)
 
     @ti.func
-    def _invert(self, c: int):
-        """Gauss-Jordan elimination in place, pivots on the diagonal: the blocks are positive definite.
+    def _sweep(self, chunk: int, k: int):
+        """The symmetric sweep operator at row k; swept at all of them, ``work`` is minus its inverse.
 
-        Sums are written out: Taichi takes x[i] -= y for an atomic operation, which costs ten times as much.
+        Pivots are on the diagonal: the blocks are positive definite. (Goodnight 1979, "A tutorial on the SWEEP
+        operator".) Whole rows at a time, and no x[i] -= y, which Taichi takes for an atomic operation.
         """
-        for k in range(3 * self.size):
-            scale = 1.0 / self.work[c, k, k]
-            self.work[c, k, k] = 1.0
-            for m in range(3 * self.size):
-                self.work[c, k, m] = self.work[c, k, m] * scale
-            for row in range(3 * self.size):
-                if row != k:
-                    factor = self.work[c, row, k]
-                    self.work[c, row, k] = 0.0
-                    for m in range(3 * self.size):
-                        self.work[c, row, m] = self.work[c, row, m] - factor * self.work[c, k, m]
+        here = k // self.lanes
+        pivot = ti.cast(0.0, ti.f64)
+        # 1 in column k, as a processor blends
+        mark = ti.Vector([0.0] * self.lanes, ti.f64)
+        for m in ti.static(range(self.lanes)):
+            if here * self.lanes + m == k:
+                mark[m] = 1.0
+                pivot = self.work[chunk, k, here][m]
+        scale = 1.0 / pivot
+        pivots = [self.work[chunk, k, part] for part in ti.static(range(self.parts))]
+        # the column k, which is the row
+        for part in ti.static(range(self.parts)):
+            for m in ti.static(range(self.lanes)):
+                self.factor[chunk, part * self.lanes + m] = scale * pivots[part][m]
+        for row in range(3 * self.size):
+            factor = self.factor[chunk, row]
+            for part in ti.static(range(self.parts)):
+                self.work[chunk, row, part] = self.work[chunk, row, part] - factor * pivots[part]
+            entry = self.work[chunk, row, here]
+            self.work[chunk, row, here] = entry + mark * (factor - entry)
+        for part in ti.static(range(self.parts)):
+            self.work[chunk, k, part] = scale * pivots[part]
+        entry = self.work[chunk, k, here]
+        self.work[chunk, k, here] = entry - mark * (entry + scale)
 
     @ti.func
     def solve(self, c: int, r: ti.template(), z: ti.template()):
         """Set what block c has of the vector field z to its inverse times r, both of single precision, with an entry
         for the vertex that is missing."""
         for part in ti.static(range(self.parts)):
-            total = ti.Vector([0.0] * self.rows, ti.f32)
+            total = ti.Vector([0.0] * self.lanes, ti.f32)
             for b in range(self.size):
                 source = r[self.member[c * self.size + b]]
                 for k in ti.static(range(3)):
                     # the inverse is symmetric
                     total += self.inverse[c, 3 * b + k, part] * source[k]
-            for k in ti.static(range(self.rows)):
-                row = ti.static(self.rows * part + k)
+            for k in ti.static(range(self.lanes)):
+                row = ti.static(self.lanes * part + k)
                 z[self.member[c * self.size + row // 3]][row % 3] = total[k]

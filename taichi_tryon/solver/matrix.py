@@ -10,11 +10,12 @@ from taichi_tryon import fields
 class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
-    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``; a constant
-    matrix of bending, which has one number a pair, by rows where nothing else has a block (``far_start``,
-    ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held, else 1; what cloth
-    lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None; ``stiffness`` is the mean
-    of each vertex's diagonal without contact.
+    Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``, the sum of
+    a whole row in ``row_sum``, all of them by columns of four, as a processor multiplies them, the fourth entry 0 (see
+    ``padded``); a constant matrix of bending, which has one number a pair, by rows where nothing else has a block
+    (``far_start``, ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held,
+    else 1; what cloth lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None;
+    ``stiffness`` is the mean of each vertex's diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
@@ -27,45 +28,46 @@ class Matrix:
         self.bending = elastic.bending
         nodes = elastic.nodes
         inner = np.flatnonzero((hinges[:, 3] >= 0) & self.bending.hinged)
-        low, high, code, kind = _pairs(triangles, np.arange(len(triangles)), 3, 0)
-        for table, owners, width, label in (
-            (hinges[inner], inner, 4, 1),
-            *(
-                (samples[used][:, :points], used, points, 2)
+        tables = fields.Tables()
+        laws = [
+            [_pairs(self.nv, triangles, np.arange(len(triangles)), 3)],
+            [_pairs(self.nv, hinges[inner], inner, 4)],
+            [
+                _pairs(self.nv, samples[used][:, :points], used, points)
                 for points in (2, 3)
                 for used in [np.flatnonzero((weights > 0).sum(axis=1) == points)]
-            ),
-            (tapes, np.arange(len(tapes)), 2, 3),
-            *((nodes.members, np.arange(nodes.count), nodes.width, 4) for _ in range(nodes.present)),
-        ):
-            more = _pairs(table, owners, width, label, base=max(3, width))
-            low, high, code, kind = (np.concatenate(two) for two in zip((low, high, code, kind), more, strict=True))
-        tables = fields.Tables()
-        keys, pair = np.unique(low.astype(np.int64) * self.nv + high, return_inverse=True)
-        i, j = keys // self.nv, keys % self.nv
+            ],
+            [_pairs(self.nv, tapes, np.arange(len(tapes)), 2)],
+            [_pairs(self.nv, nodes.members, np.arange(nodes.count), nodes.width) for _ in range(nodes.present)],
+        ]
+        keys = np.unique(np.concatenate([np.unique(key) for law in laws for key, _ in law]))
+        i, j = (part.astype(np.int32) for part in np.divmod(keys, self.nv))
         self.pair_count = len(keys)
         self.pair_i, self.pair_j = tables.scalars(i), tables.scalars(j)
         self._gather = []
-        for label in range(5):
-            chosen = kind == label
-            start, order = fields.group(pair[chosen], self.pair_count)
-            self._gather.append((tables.scalars(start), tables.scalars(code[chosen][order])))
+        while laws:  # each is let go when its pairs have been found
+            law = laws.pop(0) or [(keys[:0], i[:0])]
+            key, code = (np.concatenate(parts) for parts in zip(*law, strict=True))
+            start, order = fields.group(np.searchsorted(keys, key), self.pair_count)
+            self._gather.append((tables.scalars(start), tables.scalars(code[order])))
         (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
         self.sample_start, self.sample_code = self._gather[2]
         (self.tape_start, self.tape_code), (self.node_start, self.node_code) = self._gather[3:]
 
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.lexsort((columns, rows))
-        place = np.empty(len(order), dtype=np.int64)
-        place[order] = np.arange(len(order))
+        place = np.empty(len(order), np.int32)
+        place[order] = np.arange(len(order), dtype=np.int32)
         self.rows, self.columns = rows[order], columns[order]
         self.place_ij, self.place_ji = (tables.scalars(part) for part in np.split(place, 2))
         self._lay_out_constant(keys, tables)
         self.row_start = tables.scalars(fields.group(rows, self.nv)[0])
         self.column = tables.scalars(self.columns)
         tables.fill()
-        self.block = ti.Matrix.field(3, 3, ti.f32, shape=len(self.columns))
-        self.diagonal = ti.Matrix.field(3, 3, ti.f32, shape=self.nv)
+        self.block = ti.Vector.field(12, ti.f32, shape=len(self.columns))
+        self.diagonal, self.row_sum = (ti.Vector.field(12, ti.f32, shape=self.nv) for _ in range(2))
+        # ``free`` in single precision, with a fourth entry of 0
+        self.mask = ti.Vector.field(4, ti.f32, shape=self.nv)
         self.stiffness = ti.field(float, shape=self.nv)
 
     def _lay_out_constant(self, keys: np.ndarray, tables: fields.Tables):
@@ -117,35 +119,40 @@ class Matrix:
                     block += self.elastic.tapes.block(self.tape_code[n] // 9)
             if ti.static(self.bending.constant):
                 block += self.near[p] * ti.Matrix.identity(float, 3)
-            self.block[self.place_ij[p]] = ti.cast(block, ti.f32)
-            self.block[self.place_ji[p]] = ti.cast(block.transpose(), ti.f32)
+            self.block[self.place_ij[p]] = padded(block)
+            self.block[self.place_ji[p]] = padded(block.transpose())
         for i in range(self.nv):
+            for k in ti.static(range(3)):
+                self.mask[i][k] = ti.cast(self.free[i][k], ti.f32)
             around, own = self.contact_law.row_sum(i)
             # elastic forces do not change when everything is shifted: their rows sum to zero
             diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
+            self.row_sum[i] = padded(diagonal)
             for n in range(self.row_start[i], self.row_start[i + 1]):
-                diagonal -= ti.cast(self.block[n], float)
+                diagonal -= unpadded(self.block[n])
             if ti.static(self.bending.constant):
                 for n in range(self.far_start[i], self.far_start[i + 1]):
                     diagonal -= ti.cast(self.far_value[n], float) * ti.Matrix.identity(float, 3)
-            self.diagonal[i] = ti.cast(diagonal, ti.f32)
+            self.diagonal[i] = padded(diagonal)
             self.stiffness[i] = (diagonal - own).trace() / 3.0
 
     @ti.func
     def row_product(self, i: int, vector: ti.template()):
-        """Row i of the matrix times a vector field of single precision that is zero where held; zero in those rows."""
-        # three sums side by side, which the processor need not wait for
-        parts = ti.Matrix.zero(ti.f32, 3, 3)
+        """Row i of the matrix times a field of vectors of single precision, with a fourth entry of 0, that are zero
+        where held; zero in those rows."""
+        # over differences, as elastic rows sum to zero: single precision would lose what little is left of large terms
+        here = vector[i]
+        result = times(self.row_sum[i], here)
         for n in range(self.row_start[i], self.row_start[i + 1]):
-            v = vector[self.column[n]]
-            parts += self.block[n] * ti.Matrix.rows([v, v, v])
-        result = self.diagonal[i] @ vector[i] + ti.Vector([parts[k, 0] + parts[k, 1] + parts[k, 2] for k in range(3)])
+            result += times(self.block[n], vector[self.column[n]] - here)
         if ti.static(self.bending.constant):
             for n in range(self.far_start[i], self.far_start[i + 1]):
-                result += self.far_value[n] * vector[self.far_column[n]]
+                result += self.far_value[n] * (vector[self.far_column[n]] - here)
         if ti.static(self.layered):
-            result += ti.cast(self.layers.product(i, vector), ti.f32)
-        return ti.cast(self.free[i], ti.f32) * result
+            between = self.layers.product(i, vector)
+            for k in ti.static(range(3)):
+                result[k] += ti.cast(between[k], ti.f32)
+        return self.mask[i] * result
 
     @ti.func
     def masked(self, i: int, j: int, block):
@@ -155,24 +162,45 @@ class Matrix:
     @ti.func
     def own(self, i: int):
         """Block of vertex i with itself."""
-        result = ti.cast(self.diagonal[i], float)
+        result = unpadded(self.diagonal[i])
         if ti.static(self.layered):
             result += self.layers.own(i)
         return result
 
 
-def _pairs(table: np.ndarray, owners: np.ndarray, width: int, label: int, base: int = 3):
-    """All vertex pairs (low, high) within the rows of ``table`` (n, width), where -1 is none, with code = owner, place
-    of low, place of high in base ``base``, and the label of their law."""
-    lows, highs, codes = [], [], []
+@ti.func
+def padded(block):
+    """A 3x3 block by columns of four in single precision, the fourth entry 0."""
+    columns = ti.Matrix.zero(ti.f32, 12, 1)
+    for m in ti.static(range(3)):
+        for k in ti.static(range(3)):
+            columns[4 * m + k, 0] = ti.cast(block[k, m], ti.f32)
+    return ti.Vector([columns[k, 0] for k in ti.static(range(12))])
+
+
+@ti.func
+def unpadded(block):
+    """The 3x3 block that is ``padded``."""
+    return ti.cast(ti.Matrix([[block[4 * m + k] for m in ti.static(range(3))] for k in ti.static(range(3))]), float)
+
+
+@ti.func
+def times(block, vector):
+    """A padded block times a vector of four."""
+    return ti.Vector(
+        [block[k] * vector[0] + block[4 + k] * vector[1] + block[8 + k] * vector[2] for k in ti.static(range(4))]
+    )
+
+
+def _pairs(nv: int, table: np.ndarray, owners: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of vertices within the rows of ``table`` (n, width), where -1 is none, as keys low * nv + high, each
+    with its code: the row's owner, and the places of low and high in it, in a base of 3 at least."""
+    keys, codes, base = [], [], max(3, width)
     for a in range(width):
         for b in range(a + 1, width):
-            there = (table[:, a] >= 0) & (table[:, b] >= 0)
+            there = np.flatnonzero((table[:, a] >= 0) & (table[:, b] >= 0))
             one, other = table[there, a], table[there, b]
-            swap = one > other
-            lows.append(np.where(swap, other, one))
-            highs.append(np.where(swap, one, other))
-            places = np.where(swap, b * base + a, a * base + b)
-            codes.append(owners[there] * base * base + places)
-    code = np.concatenate(codes)
-    return np.concatenate(lows), np.concatenate(highs), code, np.full(len(code), label)
+            keys.append(np.minimum(one, other).astype(np.int64) * nv + np.maximum(one, other))
+            places = np.where(one > other, b * base + a, a * base + b)
+            codes.append((owners[there] * base * base + places).astype(np.int32))
+    return np.concatenate(keys), np.concatenate(codes)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from taichi_tryon.solver import guards
-from taichi_tryon.solver.coarse import MOST_PATCHES, VERTICES_PER_PATCH, CoarseSpace
+from taichi_tryon.solver.coarse import CoarseSpace, patch_count
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
 from taichi_tryon.solver.local import LocalBlocks
 from taichi_tryon.solver.partition import blocks, patches
@@ -24,6 +24,8 @@ LEAST_SHARE, TOLERATED = 1 / 64, 0.01
 EXACT_BELOW = 1e-3
 # vertices of a local block of the preconditioner
 LOCAL_SIZE = 8
+# steps, or stages of one, that do not try to coast after one to which it was of no use
+WAIT = 7
 # Newton iterations that share a coarse space
 REFRESH = 2
 
@@ -46,6 +48,8 @@ class Newton:
         self.potential, self.way, self.layers, self.clock = potential, way, potential.layers, clock
         self.linear = _linear(cloth, potential, preconditioner)
         self.settings: StepSettings | None = None
+        # steps until it is tried again whether the cloth coasts
+        self.wait = 0
         self.solution = Solution()
         self._exact = False
 
@@ -76,7 +80,10 @@ class Newton:
 
     def _coast(self, ahead: float) -> None:
         """Begin at x_hat, where the cloth goes if nothing pulls at it, if Phi is less there: what swings along turns
-        so far in a step that the direction from its start leads astray."""
+        so far in a step that the direction from its start leads astray. Where it was of no use, the next do not try."""
+        if self.wait > 0:
+            self.wait -= 1
+            return
         here = self.potential.value()
         share = self.way.toward(self.potential.x_hat, self.potential.free, self.settings.longest_move)
         if share == 0.0:
@@ -85,6 +92,7 @@ class Newton:
             self.potential.bind(ahead)
         else:
             self._look(0.0)
+            self.wait = WAIT
 
     def slope(self) -> tuple[float, float]:
         """Take -grad Phi for the right-hand side; see ``Potential.gather``."""
@@ -154,14 +162,18 @@ class Newton:
         the rest of the cloth: then the shortest share is gone if Phi rises by no more than a ``tolerated`` part of what
         is stored.
         """
-        share = 1.0
+        share, slope = 1.0, None
         while True:
             rise = self._look(share) - before
             if rise <= 1e-9 * abs(before):
                 return True
-            if share < 2 * LEAST_SHARE:
+            if share <= LEAST_SHARE:
                 break
-            share *= 0.5
+            if slope is None:
+                slope = -self.way.along(self.linear.b)
+            # where the parabola with this slope and this rise is least
+            best = -slope * share * share / (2 * (rise - slope * share)) if np.isfinite(rise) and slope < 0 else 0.0
+            share = max(min(best, 0.5 * share), 0.1 * share, LEAST_SHARE)
         if rise <= tolerated * self.potential.stored():
             return True
         self._look(0.0)
@@ -179,7 +191,7 @@ def _linear(cloth, potential: Potential, preconditioner: str) -> ConjugateGradie
     matrix, nv = potential.matrix, cloth.vertex_count
     if preconditioner == "block_jacobi":
         return ConjugateGradients(matrix, LocalBlocks(matrix, np.arange(nv), 1))
-    patch = patches(cloth, int(np.clip(nv // VERTICES_PER_PATCH, 1, MOST_PATCHES)))
+    patch = patches(cloth, patch_count(nv))
     reach = float(np.sqrt(cloth.areas.sum() / (patch.max() + 1)))
     local = LocalBlocks(matrix, blocks(potential.x.to_numpy(), patch, LOCAL_SIZE), LOCAL_SIZE)
     return ConjugateGradients(matrix, local, CoarseSpace(matrix, potential.x, patch, reach))

@@ -17,7 +17,7 @@ class Way:
     def __init__(self, x, path, contact, layers, clock):
         self.x, self.path, self.contact, self.layers, self.clock, self.nv = x, path, contact, layers, clock, x.shape[0]
         self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
-        self.peaks = fields.sums(1)
+        self.sums = fields.sums(1)
 
     def start(self) -> None:
         """From here on the cloth is moved by others."""
@@ -58,8 +58,8 @@ class Way:
 
     def _share(self, vectors, longest_move: float) -> float:
         """The share of a field of vectors that may be gone at once, 0 where one is not finite."""
-        self._find_excess(vectors, self.peaks, longest_move, self.contact.body.travelled)
-        excess = float(self.peaks.max())
+        self._find_excess(vectors, self.sums, longest_move, self.contact.body.travelled)
+        excess = float(self.sums.max())
         return min(1.0, 1.0 / max(excess, 1e-30)) if excess < HUGE else 0.0
 
     def keep_apart(self, alike: bool = False) -> None:
@@ -73,9 +73,23 @@ class Way:
 
     def peak(self, vectors) -> float:
         """Length of the longest of a field of vectors, infinite where one is not finite."""
-        self._peak(vectors, self.peaks)
-        peak = float(self.peaks.max())
+        self._peak(vectors, self.sums)
+        peak = float(self.sums.max())
         return peak if peak < HUGE else np.inf
+
+    def along(self, force) -> float:
+        """Sum of a field of forces [N] times the path [m]."""
+        self._sum_along(force, self.sums)
+        return float(self.sums.sum())
+
+    @ti.kernel
+    def _sum_along(self, force: ti.template(), sums: ti.types.ndarray()):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            total = ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                total += ti.cast(force[i].dot(self.path[i]), ti.f64)
+            sums[chunk, 0] = total
 
     @ti.kernel
     def _peak(self, vectors: ti.template(), peaks: ti.types.ndarray()):

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+import taichi as ti
 
+from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
+from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.samples import Samples
 
 DEPTH = 1e-4
 
@@ -266,7 +270,31 @@ def test_a_body_is_told_where_it_is_asked(make_felt, floor_and_ball, flat, law):
     felt.law.cover()
     field.set_pose(np.eye(4)[None])
     felt.start(low)
-    assert field.near.to_numpy().tolist() == [1, 0] and felt.law.pressures().min() > 0
+    assert field.near.tolist() == [True, False] and felt.law.pressures().min() > 0
     felt.start(high)
-    assert field.near.to_numpy().tolist() == [1, 1] and felt.law.pressures().max() > 0
+    assert field.near.tolist() == [True, True] and felt.law.pressures().max() > 0
     assert field.placed == 1 and field.travelled == 0.0
+
+
+def test_without_a_body_nothing_is_felt(cloth, flat):
+    nv = cloth.vertex_count
+    x, x_start, v = (ti.Vector.field(3, float, shape=nv) for _ in range(3))
+    law = BodyContact(Samples.none(), AbsentField(), x, x_start, v, stiffness=1e7, thickness=5e-4, friction=0.3)
+    x.from_numpy(flat(-0.1))
+    felt, room = np.ones((nv, 3)), np.zeros(nv)
+
+    @ti.kernel
+    def ask(felt: ti.types.ndarray(), room: ti.types.ndarray()):
+        for i in range(nv):
+            total, own = law.row_sum(i)
+            feels = law.force(i)
+            for k in range(3):
+                felt[i, k] = feels[k] + total[k, k] + own[k, k]
+            room[i] = law.room(i, 0.0)
+
+    law.evaluate()
+    law.bind(1, 0.01)
+    law.end_step()
+    ask(felt, room)
+    assert not felt.any() and np.isinf(room).all()
+    assert law.energy() == 0.0 and len(law.pressures()) == 0

@@ -32,9 +32,3 @@ def test_cubics_are_integrated_exactly(samples, make_sheet, function, exact):
     points = make_sheet(0.02, 0.02, 0.01).points
     at = np.einsum("sk,ska->sa", samples.weights, points[samples.vertices])
     assert samples.areas @ function(at[:, 0], at[:, 1]) == pytest.approx(exact, rel=1e-12)
-
-
-def test_those_at_the_vertices_come_first(samples, cloth):
-    few, ids = samples.of_vertices(cloth.vertex_count), np.arange(cloth.vertex_count)
-    assert np.array_equal(few.vertices[:, 0], ids) and np.array_equal(few.weights @ [1, 0, 0], np.ones(len(ids)))
-    assert np.array_equal(few.areas, samples.areas[: len(ids)])

@@ -100,13 +100,19 @@ def settings():
 
 
 @pytest.fixture(scope="session")
-def as_sparse():
+def unpadded():
+    """Takes the 3x3 blocks (n, 3, 3) out of a field of padded ones."""
+    return lambda field: field.to_numpy().astype(float).reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
+
+
+@pytest.fixture(scope="session")
+def as_sparse(unpadded):
     """Turns an assembled Matrix into one of SciPy's (3 nv, 3 nv), held vertices included."""
 
     def convert(matrix) -> sp.csr_matrix:
         nv = matrix.nv
         rows, columns = np.r_[matrix.rows, np.arange(nv)], np.r_[matrix.columns, np.arange(nv)]
-        blocks = np.concatenate([matrix.block.to_numpy(), matrix.diagonal.to_numpy()]).astype(float)
+        blocks = np.concatenate([unpadded(matrix.block), unpadded(matrix.diagonal)])
         if matrix.bending.constant:
             rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]
             far = matrix.far_value.to_numpy()[: len(matrix.far_rows), None, None]

@@ -13,7 +13,7 @@ from taichi_tryon.solver.partition import blocks
 class Solved:
     def __init__(self, local):
         self.local = local
-        self.r, self.z = (ti.Vector.field(3, ti.f32, shape=local.nv + 1) for _ in range(2))
+        self.r, self.z = (ti.Vector.field(4, ti.f32, shape=local.nv + 1) for _ in range(2))
 
     @ti.kernel
     def solve(self):
@@ -38,12 +38,12 @@ def test_they_solve_their_part_of_the_matrix(solved, held, stepper, on_the_floor
     fields.upload(matrix.free, free)
     matrix.assemble(60.0)
     solver.local.update()
-    r = np.random.default_rng(1).normal(size=(matrix.nv + 1, 3)).astype(np.float32)
+    r = np.random.default_rng(1).normal(size=(matrix.nv + 1, 4)).astype(np.float32)
     r[-1] = 0
     solver.r.from_numpy(r)
     solver.solve()
     mask = free.ravel()
     whole = as_sparse(matrix).toarray() * np.outer(mask, mask) + np.diag(1 - mask)
     together = np.repeat(owner, 3)[:, None] == np.repeat(owner, 3)
-    expected = np.linalg.solve(np.where(together, whole, 0.0), r[:-1].ravel()).reshape(-1, 3)
-    assert solver.z.to_numpy()[:-1] == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+    expected = np.linalg.solve(np.where(together, whole, 0.0), r[:-1, :3].ravel()).reshape(-1, 3)
+    assert solver.z.to_numpy()[:-1, :3] == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())

@@ -73,7 +73,7 @@ def _measured(spec, begin: float, before: int, steps: int) -> Course:
         simulation.progress.linear_iterations,
         int(contact.looked.to_numpy().sum()),
         contact.evaluations * contact.count,
-        (int(field.near.to_numpy().sum()), field.count) if spec.body else (0, 0),
+        (int(field.near.sum()), field.count) if spec.body else (0, 0),
     )
 
 
