@@ -21,8 +21,8 @@ MODES = 6
 VERTICES_PER_PATCH, MOST_PATCHES = 50, 4.6
 # rows of the inverse that are worked on together
 ROWS = 16
-# share of the diagonal added to E
-SHIFT = 3e-6
+# share of the diagonal added to E, and where that is not enough
+SHIFT, GREATER_SHIFT = 3e-6, 1e-3
 
 
 def patch_count(vertices: int) -> int:
@@ -144,6 +144,18 @@ class CoarseSpace:
 
     def update(self):
         """Gather and invert E for the matrix and positions as they are."""
+        # one thread: those of the BLAS would fight Taichi's for the cores, at a hundred times the work's own cost
+        with self.blas.limit(limits=1, user_api="blas"):
+            fault = self._factor(SHIFT) and self._factor(GREATER_SHIFT)
+            if fault:
+                self.entries.fill(0.0)
+            else:
+                # in place, and the transpose, since LAPACK counts by columns
+                lapack.spotri(self.entries.T, lower=1, overwrite_c=1)
+        self._take(self.entries)
+
+    def _factor(self, shift: float) -> int:
+        """Let ``entries`` be the Cholesky factor of E, shifted by a part of its diagonal; 0 where it has one."""
         e = self.entries
         e.fill(0.0)
         self._gather(e)
@@ -151,16 +163,8 @@ class CoarseSpace:
             self._add_layers(e, self.matrix.layers.count)
         diagonal = np.einsum("ii->i", e)
         # a patch that is held everywhere has no motion left
-        diagonal += SHIFT * diagonal + 1e-12 * diagonal.max()
-        # one thread: those of the BLAS would fight Taichi's for the cores, at a hundred times the work's own cost
-        with self.blas.limit(limits=1, user_api="blas"):
-            # the transpose, since LAPACK counts by columns
-            factor, fault = lapack.spotrf(e.T, lower=1)
-            if fault:
-                diagonal *= 1 + 1e-3
-                factor, fault = lapack.spotrf(e.T, lower=1)
-            inverse, fault = lapack.spotri(factor, lower=1) if not fault else (np.zeros_like(e), 0)
-        self._take(inverse.T)
+        diagonal += shift * diagonal + 1e-12 * diagonal.max()
+        return lapack.spotrf(e.T, lower=1, clean=0, overwrite_a=1)[1]
 
     @ti.kernel
     def _take(self, upper: ti.types.ndarray()):
