@@ -1,5 +1,5 @@
-"""Pictures, film and maps that nobody asked for: a disk on a ball, run and written as ``run`` does. Limit: the same
-bits.
+"""Pictures, film and maps that nobody asked for: a disk on a ball, run and written as ``run`` does; in quick runs not
+settled. Limit: the same bits.
 """
 
 import time
@@ -24,10 +24,11 @@ ASKED = {"images": "true", "video": "true", "maps": "[strain_warp, strain_weft, 
 def records(quick: bool) -> Iterator[Record]:
     """Without output, with each kind alone where not ``quick``, and with all."""
     kinds = {"all": OUTPUTS} if quick else {**{name: (name,) for name in OUTPUTS}, "all": OUTPUTS}
-    plain, least = apart(written, ())
+    course = ("settle.max_steps=0",) if quick else ()
+    plain, least = apart(written, (), course)
     yield told("output", {"asked for": "nothing"}, "run", "s", least, least)
     for name, kind in kinds.items():
-        positions, seconds = apart(written, kind)
+        positions, seconds = apart(written, kind, course)
         where = {"asked for": name}
         yield told("output", where, "run", "s", seconds, seconds)
         yield told("output", where, "with_over_without", "1", least / seconds, seconds)
@@ -35,9 +36,10 @@ def records(quick: bool) -> Iterator[Record]:
         yield absolute("output", where, "distance_of_results", "mm", distance, 0.0, 0.0, seconds)
 
 
-def written(kinds: tuple[str, ...]) -> tuple[np.ndarray, float]:
-    """Run the scene with some kinds of output: positions (nv, 3) [m] at its end, and the seconds that it took."""
-    settings = [f"output.{name}={ASKED[name]}" for name in kinds]
+def written(kinds: tuple[str, ...], course: tuple[str, ...]) -> tuple[np.ndarray, float]:
+    """Run the scene, with values set for its course, and with some kinds of output: positions (nv, 3) [m] at its end,
+    and the seconds that it took."""
+    settings = [*course, *(f"output.{name}={ASKED[name]}" for name in kinds)]
     scene = load_scene(FOLDER / SCENE, settings)
     with TemporaryDirectory() as folder:
         begin = time.perf_counter()
