@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from taichi_tryon.cloth.model import Part
-from taichi_tryon.figures import fit_lines, skipped
+from taichi_tryon.figures import fit_lines
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import Garment, Setup, prepare
+from taichi_tryon.skipped import skipped
 from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 

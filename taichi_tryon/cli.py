@@ -109,7 +109,10 @@ def view(
 def bench(
     suite: Annotated[
         str,
-        typer.Argument(metavar="SUITE", help="accuracy: exact cases; pareto: error against time; cost: where it goes"),
+        typer.Argument(
+            metavar="SUITE",
+            help="accuracy: exact cases; pareto: error against time; cost: where it goes; skip: what leaving out saves",
+        ),
     ],
     quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,
     case: Annotated[list[str], typer.Option("--case", help="Only this case of the suite. Repeatable.")] = [],  # noqa: B006

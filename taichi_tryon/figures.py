@@ -26,21 +26,3 @@ def fit_lines(setup: Setup, garment: Garment, positions: np.ndarray, transforms:
             "max": round(float(away.max()), 3),
         }
     return result
-
-
-def skipped(setup: Setup) -> list[dict[str, str]]:
-    """What this scene does not need, and why."""
-    options, result = setup.scene.output, []
-    if setup.scene.body is None:
-        result.append({"what": "contact of cloth with the body", "why": "the scene has no body"})
-    elif setup.motion.end_time == 0:
-        why = "the scene has no motion: the body's cells are listed once"
-        result.append({"what": "motion of the body", "why": why})
-    if setup.scene.contact.friction == 0:
-        result.append({"what": "friction", "why": "contact.friction is 0"})
-    for what, key in (("pictures", "images"), ("film", "video"), ("maps", "maps")):
-        if not getattr(options, key):
-            result.append({"what": what, "why": f"output.{key} asks for none"})
-    if setup.scene.contact.layers is None:
-        result.append({"what": "contact of cloth with cloth", "why": "contact.layers does not ask for it"})
-    return result

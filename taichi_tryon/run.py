@@ -17,7 +17,7 @@ import numpy as np
 from taichi_tryon import STARTED, runtime
 from taichi_tryon import progress as progress_report
 from taichi_tryon.errors import InputError, Interrupted, RunError, TryonError
-from taichi_tryon.figures import fit_lines, skipped
+from taichi_tryon.figures import fit_lines
 from taichi_tryon.observe import Observer
 from taichi_tryon.output import checkpoint, report
 from taichi_tryon.output.frames import replace_atomically
@@ -26,6 +26,7 @@ from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.scene.resolved import to_yaml
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
+from taichi_tryon.skipped import skipped
 from taichi_tryon.timing import Stopwatch
 
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
@@ -222,7 +223,7 @@ class _Run:
                 name: {"reaction_N": [float(f"{value:.6g}") for value in force]}
                 for name, force in simulation.reactions().items()
             },
-            "skipped": skipped(setup),
+            "skipped": skipped(setup, simulation),
             "warnings": self.warnings,
         }
 

@@ -55,7 +55,7 @@ class Simulation:
     def __init__(self, setup: Setup, clock: Stopwatch):
         scene = setup.scene
         self.setup, self.scene, self.clock = setup, scene, clock
-        contact, layers, solver = scene.contact, scene.contact.layers, scene.solver
+        contact, layers, solver, skip = scene.contact, scene.contact.layers, scene.solver, scene.skip
         self._moving = StepSettings(
             tolerance=solver.newton_tolerance,
             max_newton_iterations=solver.max_newton_iterations,
@@ -71,7 +71,10 @@ class Simulation:
             max_newton_iterations=2 * solver.max_newton_iterations,
         )
         with clock("body"):
-            self.field = BodyField(setup.body) if scene.body else AbsentField()
+            self.field = AbsentField()
+            if scene.body:
+                self.field = BodyField(setup.body, everywhere=not skip.far_balls, rests=skip.still_body)
+                self.field.cover(setup.positions.min(axis=0), setup.positions.max(axis=0))
             self.transforms = setup.motion.transforms(0.0)
             self.field.set_pose(self.transforms)
         # compiling contact is no contact
@@ -80,13 +83,15 @@ class Simulation:
                 setup.cloth,
                 self.field,
                 setup.positions,
-                (contact.stiffness_N_per_m3, contact.thickness_mm * MM, contact.friction),
+                (contact.stiffness_N_per_m3, contact.thickness_mm * MM, contact.friction, skip.far_samples),
                 np.array(scene.gravity_m_s2),
                 self._moving,
                 clock,
                 setup.holds.free,
                 layers and (layers.stiffness_N_per_m3, layers.thickness_mm * MM),
             )
+            if not skip.constant_matrices:
+                self.stepper.potential.assemble_all()
             self.stepper.compile()
             if setup.velocities.any():
                 fields.upload(self.stepper.v, setup.velocities)
@@ -143,8 +148,9 @@ class Simulation:
             dt = self._body_step(p.phase_time, dt)
 
         def pose(share: float) -> None:
-            self.transforms = self.setup.motion.transforms(p.phase_time + share * dt)
-            self.stepper.place_held(self.setup.holds.targets(p.phase_time + share * dt))
+            if p.phase == "move":
+                self.transforms = self.setup.motion.transforms(p.phase_time + share * dt)
+                self.stepper.place_held(self.setup.holds.targets(p.phase_time + share * dt))
             with self.clock("body"):
                 self.field.set_pose(self.transforms, before)
 
@@ -152,7 +158,7 @@ class Simulation:
         limited = error_mm is not None and not still and dt > self.scene.solver.min_step_s
         limit = error_mm * MM if limited else np.inf
         with self.clock("solve"):
-            moving = pose if p.phase == "move" else None
+            moving = pose if p.phase == "move" or not self.scene.skip.still_body else None
             result = self.stepper.step(dt, inertia=0.0 if still else 1.0, pose=moving, error_limit=limit)
         p.newton_iterations += result.newton_iterations
         p.linear_iterations += result.linear_iterations
@@ -259,4 +265,5 @@ class Simulation:
         self.transforms = state["transforms"]
         self._set_forces()
         self.field.set_pose(self.transforms)
+        self.stepper.contact.cover()
         self._place_held()

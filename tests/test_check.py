@@ -30,7 +30,9 @@ def test_sizes_frames_and_skips(make_cone_scene):
     assert "frames: about 5 for 0.1 s of drape and motion, and some while dressing" in lines
     assert "skipped: pictures: output.images asks for none" in lines
     assert "skipped: film: output.video asks for none" in lines
-    assert not [line for line in lines if "friction" in line]
+    assert not [line for line in lines if line.startswith("skipped: friction")]
+    assert "skipped: motion of the body: the scene has no motion: the body is posed once" in lines
+    assert "skipped: far contact samples: samples far off sleep until they, or the body, could have come near" in lines
 
 
 def test_frames_of_a_motion_and_of_steps_longer_than_frames(make_cone_scene):

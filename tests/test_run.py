@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -167,6 +168,8 @@ def test_the_reports_figures_agree_with_each_other(whole):
     assert min(timing.values()) >= 0
     assert {"what", "why"} == set().union(*report["skipped"])
     assert {"motion of the body", "pictures", "film", "maps"} <= {item["what"] for item in report["skipped"]}
+    (asleep,) = (item["why"] for item in report["skipped"] if item["what"] == "far contact samples")
+    assert re.search(r": in the mean \d+\.\d % of \d+$", asleep)
     assert report["device"] == {"arch": "cpu", "precision": "f64", "threads": 2, "renderer": "none"}
     steps = report["run"]
     assert 0 < steps["step_ms"]["min"] <= steps["step_ms"]["mean"] <= steps["step_ms"]["max"]

@@ -17,6 +17,7 @@ from taichi_tryon.bench.cost.plot import plot_growth
 from taichi_tryon.bench.pareto.plot import plot_pareto
 from taichi_tryon.bench.plots import plot_convergence
 from taichi_tryon.bench.record import Record
+from taichi_tryon.bench.skip.plot import plot_skips
 from taichi_tryon.errors import InputError, RunError, TryonError
 from taichi_tryon.output.frames import replace_atomically
 from taichi_tryon.output.report import versions
@@ -41,12 +42,24 @@ SUITES = {
         "precision",
     ),
     "pareto": ("cantilever", "hang", "sphere", "shirt"),
+    "skip": (
+        "far_samples",
+        "far_balls",
+        "still_body",
+        "no_body",
+        "constant_matrices",
+        "layers",
+        "friction",
+        "fabric_friction",
+        "output",
+        "kernels",
+    ),
     "cost": ("stages", "bandwidth", "growth", "balls"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
 PEERS = ("pareto",)
-PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth}
+PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth, "skip": plot_skips}
 
 
 @dataclass(frozen=True)

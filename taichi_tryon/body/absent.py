@@ -10,8 +10,8 @@ from taichi_tryon.body.density import FAR
 class AbsentField:
     """Answers as ``BodyField`` does where no ball reaches."""
 
-    present = False
-    travelled = 0.0
+    present, everywhere = False, True
+    rests, moves, placed, travelled = True, False, 0, 0.0
 
     def set_pose(self, transforms: np.ndarray, previous_transforms: np.ndarray | None = None) -> None:
         """There is nothing to move."""

@@ -37,19 +37,21 @@ class BallCells:
         self.origin = ti.Vector.field(3, float, ())
         self.shape = ti.Vector.field(3, ti.i32, ())
 
-    def place(self, balls: Balls) -> None:
-        """Lay a grid around all bounded balls and list the balls by its cells."""
-        bounded = np.isfinite(balls.radii).all(axis=1)
-        size, low, high = 1.0, np.zeros(3), np.zeros(3)
+    def place(self, balls: Balls, near: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        """Lay a grid around the bounded balls that are ``near`` (n,), as far as points are asked for: from ``low`` to
+        ``high`` (3,) [m]; and list the balls by its cells. What is not near must not reach there."""
+        finite = np.isfinite(balls.radii).all(axis=1)
+        bounded, endless = near & finite, near & ~finite
+        size, corner, end = 1.0, np.zeros(3), np.zeros(3)
         if bounded.any():
-            low = (balls.centers - balls.extents)[bounded].min(axis=0)
-            high = (balls.centers + balls.extents)[bounded].max(axis=0)
+            corner = np.maximum((balls.centers - balls.extents)[bounded].min(axis=0), low)
+            end = np.minimum((balls.centers + balls.extents)[bounded].max(axis=0), high)
             size = CELL_SHARE * float(np.median(np.cbrt(balls.radii[bounded].prod(axis=1))))
         while True:
-            shape = (np.floor((high - low) / size) + 1).astype(int)
+            shape = (np.floor((end - corner) / size) + 1).astype(int)
             if shape.prod() <= MAX_CELLS:
-                self.size[None], self.origin[None], self.shape[None] = size, low, shape
-                tables = [fields.cast(table) for table in (*_in_cells(balls, low, size, shape), ~bounded)]
+                self.size[None], self.origin[None], self.shape[None] = size, corner, shape
+                tables = [fields.cast(table) for table in (*_in_cells(balls, corner, size, shape), endless)]
                 if self._count(*tables) <= self.room:
                     break
             size *= 1.1
@@ -147,12 +149,13 @@ def _in_cells(balls: Balls, origin: np.ndarray, size: float, shape: np.ndarray) 
     """How balls lie in a grid of cells of ``size`` from ``origin`` [m], ``shape`` of them along x, y, z.
 
     First (n, 5, 3), in each ball's own axes and radii: the middle of the first cell, the steps to the next ones along
-    x, y, z, and half the box around a cell. Then (n, 6): the first and the last cells that its extents meet.
+    x, y, z, and half the box around a cell. Then (n, 6): the first and the last cells that its extents meet, the last
+    before the first where they meet none.
     """
     scaled = balls.axes / balls.radii[:, None]
     middle = np.einsum("nij,ni->nj", scaled, origin + 0.5 * size - balls.centers)
     half = 0.5 * (size + SLACK * size) * np.abs(scaled).sum(axis=1)
     extents = balls.extents + SLACK * size
     ends = np.hstack((balls.centers - extents, balls.centers + extents)) - np.tile(origin, 2)
-    span = np.clip(np.floor(ends / size), 0, np.tile(shape - 1, 2)).astype(int)
+    span = np.clip(np.floor(ends / size), np.repeat([0, -1], 3), np.concatenate((shape, shape - 1))).astype(int)
     return np.concatenate((middle[:, None], size * scaled, half[:, None]), axis=1), span

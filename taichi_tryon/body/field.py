@@ -11,12 +11,15 @@ from taichi_tryon import fields
 from taichi_tryon.body.cells import BallCells
 from taichi_tryon.body.density import FAR, LONGEST_STEP, SLIDE, SLIDE_BAND
 from taichi_tryon.body.model import Balls, Body
+from taichi_tryon.body.reach import Reach
 
 NEWTON_BAND = 0.02
 """Outside the skin by more than this, to first order [m], the first-order gap is good enough: it only culls."""
 NEWTON_STEPS = 5
 DEEP_STEPS = 12
 """Newton steps for points deeper than LONGEST_STEP."""
+WALK = DEEP_STEPS * LONGEST_STEP
+"""For a point the body is asked no further from it [m]."""
 FARTHEST = 1e3
 """No scene is wider [m]."""
 TOLERANCE = 1e-5
@@ -29,12 +32,15 @@ class BodyField:
 
     ``margin`` [m] is how far around the balls' reach gaps are asked for; beyond the reach a gap is ``far``, at least
     ``margin``: a density with compact support knows no distance there. ``travelled`` [m] is how far the body has moved
-    in all: between two moments no point of it has gone further than the difference.
+    in all: between two moments no point of it has gone further than the difference. ``placed`` counts its poses, and
+    ``moves`` says whether it moved in the last step. everywhere False: it may be asked only where it was told to
+    ``cover``, and leaves out the balls that do not reach there; ``near`` (n,) are those that do, ``ever_near`` those
+    that did in any pose. rests False: it is posed, and asked for its motion, even where it stands still.
     """
 
     present = True
 
-    def __init__(self, body: Body, margin: float = 0.0):
+    def __init__(self, body: Body, margin: float = 0.0, everywhere: bool = True, rests: bool = True):
         balls = body.balls
         self.body = body
         self.far = max(FAR, margin)
@@ -54,6 +60,9 @@ class BodyField:
         tables.set(self.weight, balls.weights)
         tables.set(self.member, (balls.membership << np.arange(self.groups)).sum(axis=1))
         tables.fill()
+        self.everywhere, self.reach = everywhere, Reach(WALK, everywhere)
+        self.near, self.ever_near = np.zeros((2, self.count), bool)
+        self.rests, self.moves, self.placed = rests, not rests, 0
         self.travelled = 0.0
         self.steepest = _steepest(balls)
         self._balls: Balls | None = None
@@ -69,7 +78,7 @@ class BodyField:
         shifts = np.zeros((len(transforms), 3, 4))
         if previous_transforms is not None and not np.array_equal(previous_transforms, transforms):
             shifts = (np.eye(4) - previous_transforms @ np.linalg.inv(transforms))[:, :3]
-        moved = self._now is None or not np.array_equal(self._now, transforms)
+        moved = not self.rests or self._now is None or not np.array_equal(self._now, transforms)
         if moved or not np.array_equal(self._shifts, shifts):
             balls = self.body.posed(transforms)
             shift = np.einsum("nb,nbij->nij", balls.bone_weights, shifts[balls.bones])
@@ -77,9 +86,21 @@ class BodyField:
             self._pose_balls(fields.cast(np.hstack([part.reshape(self.count, -1) for part in parts])))
             if moved:
                 self.travelled += _travel(self._balls, balls)
+                self.placed += 1
                 self._balls = balls
-                self.cells.place(balls)
+                self._list_balls()
         self._now, self._shifts = transforms, shifts
+        self.moves = not self.rests or bool(shifts.any())
+
+    def cover(self, low: np.ndarray, high: np.ndarray) -> None:
+        """It will be asked from ``low`` to ``high`` (3,) [m]. Costs next to nothing where it was told before."""
+        if self.reach.hold(low, high) and self._balls is not None:
+            self._list_balls()
+
+    def _list_balls(self) -> None:
+        self.near = self.reach.meets(self._balls)
+        self.ever_near |= self.near
+        self.cells.place(self._balls, self.near, self.reach.low, self.reach.high)
 
     @ti.kernel
     def _pose_balls(self, values: ti.types.ndarray()):

@@ -35,11 +35,15 @@ ALONG = 0.02
 class BodyContact:
     """Contact of samples of the cloth at ``x`` (moving from ``x_start`` in this step) with a body field.
 
-    stiffness [N/m^3], thickness [m] (the samples are held that far off the skin), friction coefficient.
+    stiffness [N/m^3], thickness [m] (the samples are held that far off the skin), friction coefficient; sleeps False:
+    samples far off are looked at every time. Without friction nothing of it is compiled. In all ``evaluations``, each
+    sample was ``looked`` at so often, and so often ``known`` from before, the body and it being still where they were.
     """
 
-    def __init__(self, samples: Samples, body, x, x_start, v, stiffness: float, thickness: float, friction: float):
-        self.samples = samples
+    def __init__(
+        self, samples: Samples, body, x, x_start, v, stiffness: float, thickness: float, friction: float, sleeps=True
+    ):
+        self.samples, self.sleeps, self.rubs = samples, sleeps, friction > 0.0
         self.count, self.nv = len(samples.areas), x.shape[0]
         self.body, self.x, self.x_start, self.v = body, x, x_start, v
         room = max(self.count, 1)
@@ -57,11 +61,13 @@ class BodyContact:
         self.seen = ti.Vector.field(3, float, shape=room)
         self.until = ti.field(float, shape=room)
         self.until.fill(-1.0)
+        self.winner, self.looked, self.known = (ti.field(ti.i32, shape=room) for _ in range(3))
+        self.evaluations, self._placed = 0, -1
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
-        self.sums = fields.sums(1)
+        self.sums, self.corners = fields.sums(1), np.empty((fields.CHUNKS, 6))
 
     @ti.func
     def _at(self, field: ti.template(), s: int):
@@ -88,6 +94,12 @@ class BodyContact:
         shallow = ti.min(d, STIFF * t)
         return self.stiffness[None] * shallow * (shallow * shallow / 3.0 + d * (d - shallow)) / t
 
+    def cover(self):
+        """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
+        if not self.body.everywhere:
+            self._measure(self.corners)
+            self.body.cover(np.fmin.reduce(self.corners[:, :3]), np.fmax.reduce(self.corners[:, 3:]))
+
     @ti.func
     def _bond(self, s: int) -> float:
         """Friction on sample s over its drag [N/m]."""
@@ -99,24 +111,47 @@ class BodyContact:
     @ti.func
     def _respond(self, s: int):
         """Force on sample s [N], from depth, normal and drag."""
-        self.load[s] = self._pressure(s) * self.area[s] * self.normal[s] - self._bond(s) * self.drag[s]
+        load = self._pressure(s) * self.area[s] * self.normal[s]
+        if ti.static(self.rubs):
+            load -= self._bond(s) * self.drag[s]
+        self.load[s] = load
 
     @ti.func
     def _hold(self, s: int):
         """Hessian of sample s [N/m], which few enough feel to make it where it is asked for."""
-        n, drag, bond = self.normal[s], self.drag[s], self._bond(s)
+        n = self.normal[s]
         normal_part = n.outer_product(n)
-        length = drag.norm()
-        hold = bond * (ti.Matrix.identity(float, 3) - normal_part)
-        if self.along[s] < 1.0 and length > 0.0:
-            hold -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
-        return self._steepness(s) * self.area[s] * normal_part + hold
+        hold = self._steepness(s) * self.area[s] * normal_part
+        if ti.static(self.rubs):
+            drag, bond = self.drag[s], self._bond(s)
+            length = drag.norm()
+            tangential = bond * (ti.Matrix.identity(float, 3) - normal_part)
+            if self.along[s] < 1.0 and length > 0.0:
+                tangential -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
+            hold += tangential
+        return hold
 
     @ti.kernel
+    def _measure(self, corners: ti.types.ndarray()):
+        """Least and greatest coordinates of the vertices, between which all samples are."""
+        for chunk in range(fields.CHUNKS):
+            first, last = fields.chunk_bounds(chunk, self.nv)
+            none = ti.Vector([ti.math.inf, ti.math.inf, ti.math.inf], ti.f64)
+            low, high = none, -none
+            for i in range(first, last):
+                low, high = ti.min(low, ti.cast(self.x[i], ti.f64)), ti.max(high, ti.cast(self.x[i], ti.f64))
+            for k in ti.static(range(3)):
+                corners[chunk, k], corners[chunk, 3 + k] = low[k], high[k]
+
     def carry(self, part: float):
         """Take the cloth along with a body that has moved (by ``part`` of its motion since the start of the step), the
         less the further it is off: from there Newton's method finds contact and friction as they were, instead of a
         body that has run into the cloth."""
+        self.cover()
+        self._carry(part)
+
+    @ti.kernel
+    def _carry(self, part: float):
         for i in range(self.nv):
             gap, _, winner = self.body.gap_within(self.x[i], 0.0)
             share = part * ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
@@ -126,28 +161,56 @@ class BodyContact:
     def evaluate(self):
         """Depth, normal and tangential displacement of every sample at the present positions, and its force.
 
-        What is far off sleeps: it is not looked at until it, or the body, could have come near.
+        What is far off sleeps: it is not looked at until it, or the body, could have come near. What is where it was
+        last, the body too, keeps depth and normal.
         """
-        self._evaluate(self.body.travelled)
+        self.cover()
+        body = self.body
+        still = body.rests and body.placed == self._placed
+        self._evaluate(body.travelled, int(still), int(body.moves))
+        self.evaluations, self._placed = self.evaluations + 1, body.placed
 
     @ti.kernel
-    def _evaluate(self, travelled: float):
+    def _evaluate(self, travelled: float, still: int, moves: int):
         for s in range(self.count):
             point = self._at(self.x, s)
+            away = point - self.seen[s]
             # what is not a number is not asleep
-            if not (point - self.seen[s]).norm() + travelled < self.until[s]:
-                gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
-                depth = ti.max(self.thickness[None] - gap, 0.0)
-                self.depth[s], self.seen[s] = depth, point
-                self.until[s] = -1.0
-                if depth > 0.0:
-                    self.normal[s] = normal
-                    path = self.slip[s] + point - self._at(self.x_start, s) - self.body.motion(point, winner)
-                    self.drag[s] = path - normal * normal.dot(path)
-                    self._respond(s)
+            awake = not away.norm() + travelled < self.until[s]
+            if awake or ti.static(not self.sleeps):
+                if still == 1 and (away == 0.0).all():
+                    self.known[s] += 1
                 else:
-                    self.load[s] = ti.Vector([0.0, 0.0, 0.0])
-                    self.until[s] = travelled + self.body.clearance(point) - self.thickness[None]
+                    self._look(s, point, travelled, awake)
+                if self.depth[s] > 0.0:
+                    if ti.static(self.rubs):
+                        self._drag(s, point, moves)
+                    self._respond(s)
+
+    @ti.func
+    def _look(self, s: int, point, travelled: float, awake):
+        """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
+        gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
+        depth = ti.max(self.thickness[None] - gap, 0.0)
+        self.depth[s], self.winner[s] = depth, winner
+        self.looked[s] += 1
+        if awake:
+            self.seen[s], self.until[s] = point, -1.0
+        if depth > 0.0:
+            self.normal[s] = normal
+        else:
+            self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+            if awake:
+                self.until[s] = travelled + self.body.clearance(point) - self.thickness[None]
+
+    @ti.func
+    def _drag(self, s: int, point, moves: int):
+        """The tangential displacement of sample s, at a point, from what it sticks to."""
+        path = self.slip[s] + point - self._at(self.x_start, s)
+        if moves == 1:
+            path -= self.body.motion(point, self.winner[s])
+        n = self.normal[s]
+        self.drag[s] = path - n * n.dot(path)
 
     @ti.func
     def room(self, i: int, travelled: float) -> float:
@@ -157,13 +220,17 @@ class BodyContact:
             free = ti.max(0.0, self.until[i] - travelled - (self.x[i] - self.seen[i]).norm())
         return free
 
-    @ti.kernel
     def bind(self, first: int, ahead: float):
         """Set friction's stiffness and limit from the present normal forces, and which samples slip.
 
         Those whose spring is beyond its limit do; for the ``first`` time in a step also those that slipped at the end
         of the last one, and those that will, ``ahead`` seconds along the velocity.
         """
+        if self.rubs:
+            self._bind(first, ahead)
+
+    @ti.kernel
+    def _bind(self, first: int, ahead: float):
         for s in range(self.count):
             slipped = first == 1 and self.along[s] < 1.0
             self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
@@ -177,9 +244,13 @@ class BodyContact:
                     self.along[s] = ALONG
                 self._respond(s)
 
-    @ti.kernel
     def end_step(self):
         """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
+        if self.rubs:
+            self._end_step()
+
+    @ti.kernel
+    def _end_step(self):
         for s in range(self.count):
             slip = ti.Vector([0.0, 0.0, 0.0])
             if self.depth[s] > 0.0:
@@ -227,9 +298,10 @@ class BodyContact:
             for s in range(low, high):
                 if self.depth[s] > 0.0:
                     total += self._stored(s) * self.area[s]
-                    length = self.drag[s].norm()
-                    reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
-                    total += self.stick[s] * reach * (length - 0.5 * reach)
+                    if ti.static(self.rubs):
+                        length = self.drag[s].norm()
+                        reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
+                        total += self.stick[s] * reach * (length - 0.5 * reach)
             sums[chunk, 0] = total
 
     def energy(self) -> float:

@@ -13,6 +13,7 @@ from taichi_tryon.fabric import FabricSpec
 from taichi_tryon.holds.spec import HoldSpec
 from taichi_tryon.pattern.spec import PatternSpec
 from taichi_tryon.scene.references import REFERENCE
+from taichi_tryon.scene.skip import SkipSpec
 from taichi_tryon.sheet.spec import SheetSpec
 from taichi_tryon.spec import Spec, fault
 
@@ -214,3 +215,4 @@ class SceneSpec(Spec):
     drape: DrapeSpec = Field(DrapeSpec(), description="the first relaxation")
     settle: SettleSpec = Field(SettleSpec(), description="when the worn shape counts as found")
     output: OutputSpec = Field(OutputSpec(), description="what is written")
+    skip: SkipSpec = Field(SkipSpec(), description="what is left out because the scene does not need it")

@@ -35,9 +35,9 @@ class ImplicitStep:
     def __init__(
         self, cloth: Cloth, body, positions, contact, gravity, settings: StepSettings, clock, free=None, layers=None
     ):
-        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction; free (nv, 3), False where and
-        along which axes a vertex is held; layers: stiffness and thickness of the contact of cloth with cloth, None
-        where it is not wanted."""
+        """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction, and whether what is far off
+        the body sleeps; free (nv, 3), False where and along which axes a vertex is held; layers: stiffness and
+        thickness of the contact of cloth with cloth, None where it is not wanted."""
         self.nv, self.settings = cloth.vertex_count, settings
         self.x, self.v, self.a, self.x_start, self.path = (ti.Vector.field(3, float, shape=self.nv) for _ in range(5))
         # of the stage that is solved, and the velocity at which the one before ended: see schemes
@@ -125,7 +125,8 @@ class ImplicitStep:
         self.way.start()
         if pose is not None:
             pose(end)
-            self.contact.carry((end - since) / end)
+            if self.contact.body.moves:
+                self.contact.carry((end - since) / end)
         self._lead_held()
         self.way.arrive()
 

@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.solver.constant_blocks import ConstantBlocks
 from taichi_tryon.solver.matrix import Matrix
 
 
@@ -35,8 +36,13 @@ class Potential:
         self.bears = tables.scalars(np.ones(self.nv))
         self.x_hat, self.pull, self.force = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
         self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free, self.layers)
+        self._constant: ConstantBlocks | None = None
         self.sums = fields.sums(2)
         self.inverse_dt = 0.0
+
+    def assemble_all(self) -> None:
+        """From now on also assemble what never changes."""
+        self._constant = ConstantBlocks(self.matrix)
 
     def begin(self, inverse_dt: float, ahead: float) -> None:
         """A stage begins where the cloth is, ``ahead`` [s] of which friction looks ahead."""
@@ -80,6 +86,8 @@ class Potential:
     def assemble(self, exact: bool) -> None:
         """Fill the ``matrix``, the Hessian of Phi, positive definite where not ``exact``."""
         self.matrix.assemble(self.inverse_dt, exact)
+        if self._constant is not None:
+            self._constant.assemble()
 
     @ti.kernel
     def _gather(self, b: ti.template(), inverse_dt: float):

@@ -28,11 +28,9 @@ def samples(cloth):
 class Felt:
     """Contact of the samples, its forces on the vertices and its Hessian as dense arrays."""
 
-    def __init__(self, samples, field, nv):
+    def __init__(self, samples, field, nv, friction=FRICTION, sleeps=True):
         self.x, self.x_start, self.v, self.f = (ti.Vector.field(3, float, shape=nv) for _ in range(4))
-        self.law = BodyContact(
-            samples, field, self.x, self.x_start, self.v, stiffness=STIFFNESS, thickness=THICKNESS, friction=FRICTION
-        )
+        self.law = BodyContact(samples, field, self.x, self.x_start, self.v, STIFFNESS, THICKNESS, friction, sleeps)
         self.total, self.own = (ti.Matrix.field(3, 3, float, shape=nv) for _ in range(2))
         self.part = ti.Matrix.field(3, 3, float, shape=(len(samples.areas), 3, 3))
 
@@ -64,8 +62,14 @@ class Felt:
 
 
 @pytest.fixture(scope="session")
-def felt(samples, floor_and_ball_field, cloth):
-    return Felt(samples, floor_and_ball_field, cloth.vertex_count)
+def make_felt(samples, cloth):
+    """Makes the contact of the piece with a field; see ``BodyContact`` for the options."""
+    return lambda field, *options: Felt(samples, field, cloth.vertex_count, *options)
+
+
+@pytest.fixture(scope="session")
+def felt(make_felt, floor_and_ball_field):
+    return make_felt(floor_and_ball_field)
 
 
 @pytest.fixture(scope="session")

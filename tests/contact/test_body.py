@@ -5,6 +5,7 @@ import pytest
 import taichi as ti
 
 from taichi_tryon.body.absent import AbsentField
+from taichi_tryon.body.field import BodyField
 from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.samples import Samples
 
@@ -45,7 +46,7 @@ def test_what_sleeps_feels_what_it_would_feel_awake(felt, flat, law):
         felt.at(flat(height))
         asleep += (felt.law.seen.to_numpy() == before).all()
         depth, load = felt.law.depth.to_numpy(), felt.law.load.to_numpy()
-        felt.law.until.fill(-1.0)
+        felt.law.seen.fill(9.0)
         felt.at(flat(height))
         assert np.array_equal(depth, felt.law.depth.to_numpy()) and np.array_equal(load, felt.law.load.to_numpy())
     assert field.travelled == 0.0
@@ -215,6 +216,64 @@ def test_the_bodys_own_motion_is_no_slip(felt, flat, law, floor_and_ball_field):
         assert force == pytest.approx(law.friction * load, rel=1e-6)
     finally:
         floor_and_ball_field.set_pose(np.eye(4)[None])
+
+
+def test_what_stands_still_is_not_looked_at_again(felt, flat, law, floor_and_ball_field):
+    """Until it, or the body, moves: then the body is asked where it is now."""
+    low, higher, now = flat(law.thickness - DEPTH), flat(law.thickness - 0.5 * DEPTH), np.eye(4)[None].copy()
+    now[0, 1, 3] = -0.5 * DEPTH
+    count, looks = felt.law.count, []
+
+    def force(positions):
+        looked = felt.law.looked.to_numpy().sum()
+        found = felt.at(positions)
+        looks.append(felt.law.looked.to_numpy().sum() - looked)
+        return found
+
+    felt.start(low)
+    once, again, up = force(low), force(low), force(higher)
+    try:
+        floor_and_ball_field.set_pose(now)
+        down = force(higher)
+    finally:
+        floor_and_ball_field.set_pose(np.eye(4)[None])
+    assert looks == [0, 0, count, count]
+    assert np.array_equal(once, again) and once[:, 1].sum() == pytest.approx(4 * up[:, 1].sum(), rel=1e-4)
+    # the floor has sunk by as much as the cloth: nothing but the one's rise is left between them
+    assert down.shape == up.shape and np.abs(down).max() < 1e-3 * np.abs(up).max()
+
+
+@pytest.mark.parametrize("friction, sleeps", [(0.3, False), (0.0, True)])
+def test_with_and_without_skips_the_force_is_the_same(
+    make_felt, floor_and_ball_field, felt, flat, law, friction, sleeps
+):
+    """Looked at even where it sleeps; and with no friction where a coefficient of 0 holds nothing."""
+    other = make_felt(floor_and_ball_field, friction, sleeps)
+    for one in (felt, other):
+        one.start(flat(0.02))
+        one.law.friction[None] = friction
+    for height in (0.02, 0.019, 0.01, law.thickness - DEPTH, law.thickness - 2 * DEPTH, 0.02):
+        positions = flat(height) + [1e-4, 0, 0]
+        assert np.array_equal(felt.at(positions), other.at(positions))
+        assert felt.law.energy() == other.law.energy()
+        assert np.array_equal(felt.law.until.to_numpy(), other.law.until.to_numpy())
+    asleep = other.law.evaluations * other.law.count - other.law.looked.to_numpy().sum()
+    assert asleep > 0 if sleeps else asleep == 0
+
+
+def test_a_body_is_told_where_it_is_asked(make_felt, floor_and_ball, flat, law):
+    """The ball a metre up is out of reach until the cloth has come there."""
+    field = BodyField(floor_and_ball, everywhere=False)
+    felt = make_felt(field)
+    low, high = flat(law.thickness - DEPTH), flat(1.1 + law.thickness - 2e-4)
+    felt.x.from_numpy(low)
+    felt.law.cover()
+    field.set_pose(np.eye(4)[None])
+    felt.start(low)
+    assert field.near.tolist() == [True, False] and felt.law.pressures().min() > 0
+    felt.start(high)
+    assert field.near.tolist() == [True, True] and felt.law.pressures().max() > 0
+    assert field.placed == 1 and field.travelled == 0.0
 
 
 def test_without_a_body_nothing_is_felt(cloth, flat):
