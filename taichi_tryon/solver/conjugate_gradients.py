@@ -8,7 +8,7 @@ from taichi_tryon import fields
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
 # vertices from which on an iteration is shared among threads
-SHARED = 8000
+SHARED = 20_000
 # below this part of the start, signs are those of single precision's rounding
 ROUNDING = 1e-4
 

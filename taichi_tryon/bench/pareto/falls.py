@@ -84,7 +84,8 @@ def records(
         if runs is not None:
             runs.append((setting, track))
         yield from compare.figures(problem.scene, where, track, reference, UNIT)
-        yield compare.fall(problem.scene, where, track, reference, judged=setting is MOTION and per_second == PER_SECOND)
+        judged = setting is MOTION and per_second == PER_SECOND
+        yield compare.fall(problem.scene, where, track, reference, judged)
 
 
 def faster(
