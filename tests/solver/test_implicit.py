@@ -18,6 +18,7 @@ def put(stepper, positions, velocity=(0.0, 0.0, 0.0)):
     stepper.contact.slip.fill(0.0)
     stepper.contact.along.fill(1.0)
     stepper.elastic.begin_step()
+    stepper.newton.wait = 0
 
 
 def settle(stepper, target, steps=80, longest=1.0):

@@ -85,7 +85,7 @@ def triad(length: int):
 
 def product(matrix):
     """A kernel that multiplies a vector with the matrix once."""
-    x, y = (ti.Vector.field(3, ti.f64, shape=matrix.nv) for _ in range(2))
+    x, y = (ti.Vector.field(4, ti.f32, shape=matrix.nv) for _ in range(2))
 
     @ti.kernel
     def run():

@@ -1,4 +1,7 @@
-"""The blocks of a constant matrix of bending are assembled once: a hanging sheet. Limit: the same bits."""
+"""The blocks of a constant matrix of bending are assembled once, not in every Newton iteration: a hanging sheet.
+
+Reference: the same run that fills them every time. Limit: the same bits.
+"""
 
 from collections.abc import Iterator
 

@@ -1,5 +1,5 @@
-"""Samples of the cloth that cannot have come near the body are not looked at: the top while it is put on. Limit: the
-same bits.
+"""Samples of the cloth that cannot have come near the body are not looked at: the top while it is put on.
+Reference: all of them looked at in every evaluation. Limit: the same bits.
 """
 
 from collections.abc import Iterator

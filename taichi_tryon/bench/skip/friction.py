@@ -1,5 +1,5 @@
 """Friction on the body, which a coefficient of 0 leaves out: a sheet on a level floor, and the same with one that holds
-nothing, 1e-9. Limit: 1 um."""
+nothing, 1e-9, which is the reference. Limit: 1 um."""
 
 from collections.abc import Iterator
 

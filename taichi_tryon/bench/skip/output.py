@@ -1,5 +1,5 @@
 """Pictures, film and maps that nobody asked for: a disk on a ball, run and written as ``run`` does; in quick runs not
-settled. Limit: the same bits.
+settled. Reference: all of them written. Limit: the same bits.
 """
 
 import time

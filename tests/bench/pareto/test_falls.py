@@ -28,6 +28,7 @@ def known(monkeypatch):
     """Every run gives the track of its setting's name."""
     tracks = {
         "as is": track(0.002, 0.3),
+        falls.MOTION.name: track(0.001, 0.5),
         "CG, 1 a frame": track(0.004, 0.9, strain=0.02),
         "CG, 5 a frame": track(0.001, 6.0),
     }
@@ -63,7 +64,12 @@ def test_a_setting_has_its_time_a_frame_and_its_errors(known):
     )
     assert values(found, setting=BROKEN.name) == {"failed": 1}
     assert found[0].quantity == "converged_to" and found[0].value == pytest.approx(0.1)
-    assert [record.limit for record in found if record.quantity == "lowest_point"] == [2.0]
+    assert [record.limit for record in found if record.quantity == "lowest_point"] == [None]
+
+
+def test_the_fall_is_judged_with_the_scheme_for_motion(known):
+    found = falls.records(hang.problem(6, "table1", 0.5), (AS_IS, falls.MOTION))
+    assert [record.limit for record in found if record.quantity == "lowest_point"] == [None, falls.compare.FALL]
 
 
 def test_a_peer_is_told_to_solve_another_sheet_where_it_does(known):
