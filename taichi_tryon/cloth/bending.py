@@ -1,9 +1,10 @@
 """Bending by mid-edge normals: hinge angles between triangles, and one rotation per edge.
 
 Each edge carries a normal that may turn about the edge; phi is its angle from the bisector of the two face normals.
-Seen from a triangle, the edge normal leans outward by alpha = theta/2 + phi on the first side of the hinge and
-theta/2 - phi on the second, theta being the hinge angle; on a border, where nothing holds it, alpha = phi. The
-curvature tensor of the triangle is that of the Morley element,
+Seen from a triangle, the edge normal leans outward by alpha = sigma/2 + phi on the first side of the hinge and
+sigma/2 - phi on the second; on a border, where nothing holds it, alpha = phi. The spread sigma = 2 tan(theta / 2) of a
+hinge by the angle theta over the length h is that of the arc which touches both triangles h/2 from it; theta itself
+makes folds of few triangles too soft. The curvature tensor of the triangle is that of the Morley element,
 
     kappa = sum_k alpha_k (l_k / A) n_k n_k^T,
 
@@ -19,6 +20,9 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon.cloth.hysteresis import BENDING_REACH
+
+STEEPEST = 2.5
+"""Hinge angle [rad] beyond which the spread grows no steeper: it would be infinite where cloth is folded flat."""
 
 
 def triangle_stiffness(rest: np.ndarray, bend: np.ndarray) -> np.ndarray:
@@ -55,18 +59,33 @@ def stuck_stiffness(gradients: np.ndarray, areas: np.ndarray, friction: np.ndarr
 
 
 @ti.func
-def hinge_angle(x0, x1, x2, x3) -> float:
-    """Angle [rad] between the normals of (x0, x1, x2) and (x1, x0, x3), positive where the normals spread apart."""
+def hinge_spread(x0, x1, x2, x3):
+    """Spread 2 tan(theta / 2) of a hinge, and its derivative with respect to theta; beyond STEEPEST it goes on along
+    its tangent.
+
+    theta is the angle [rad] between the normals of (x0, x1, x2) and (x1, x0, x3), positive where they spread apart.
+    """
     edge = x1 - x0
     n1 = edge.cross(x2 - x0)
     n2 = (x3 - x0).cross(edge)
-    length = edge.norm()
-    return ti.atan2(n1.cross(n2).dot(edge), n1.dot(n2) * ti.max(length, 1e-12))
+    sine, cosine = n1.cross(n2).dot(edge) / ti.max(edge.norm(), 1e-12), n1.dot(n2)
+    # of a triangle crushed to a point the spread is 0
+    size = ti.max(ti.sqrt(sine * sine + cosine * cosine), 1e-30)
+    # the half angle's tangent
+    t = sine / (size + cosine)
+    spread = 2.0 * t
+    if cosine < ti.static(np.cos(STEEPEST)) * size:
+        side = ti.cast(1.0, float)
+        if sine < 0.0:
+            side = -1.0
+        t = ti.cast(ti.static(np.tan(0.5 * STEEPEST)), float)
+        spread = side * (2.0 * t + (1.0 + t * t) * (ti.abs(ti.atan2(sine, cosine)) - STEEPEST))
+    return ti.Vector([spread, 1.0 + t * t])
 
 
 @ti.func
 def hinge_gradient(x0, x1, x2, x3, least_height_1: float, least_height_2: float):
-    """Derivatives of ``hinge_angle`` with respect to x0, x1, x2, x3 as the rows of a 4x3 matrix [rad/m].
+    """Derivatives of a hinge's angle with respect to x0, x1, x2, x3 as the rows of a 4x3 matrix [rad/m].
 
     It grows as 1/height of the triangles; heights below the given least ones are taken as those, so that a triangle
     crushed to a line asks for a finite moment.

@@ -17,7 +17,7 @@ from taichi_tryon.cloth.model import Cloth
 class BendingFriction:
     """The sliders of a Cloth's triangles; ``present`` is False, and nothing else is there, where none has a limit.
 
-    ``alpha`` (3,) [rad] are the edge angles of a triangle, as ``bending`` defines them; ``stuck`` (ne,) [N m] is what a
+    ``alpha`` (3,) are the leans of a triangle's edges, as ``bending`` defines them; ``stuck`` (ne,) [N m] is what a
     law notes of the stiffness of its hinges.
     """
 
@@ -38,7 +38,7 @@ class BendingFriction:
 
     @ti.func
     def at_edge(self, t: int, e: int, alpha):
-        """First and second derivative of the potential with respect to triangle t's angle at its edge e [N m]."""
+        """First and second derivative of the potential with respect to triangle t's lean at its edge e [N m]."""
         measure = self.curvature[t] @ alpha
         q, slope = self.sliders.friction(t, measure), self.sliders.stiffness(t, measure)
         moment, stiffness = ti.cast(0.0, float), ti.cast(0.0, float)

@@ -19,7 +19,7 @@ Lumped mass has its price: where vertices of 4 and of 8 triangles alternate, som
 on the finest mesh; on those of the mesher the error falls with the edge length. A fold by half a turn costs a finite
 energy.
 
-Dry friction, which must not change when the cloth turns, takes its curvatures from the hinge angles, every edge's
+Dry friction, which must not change when the cloth turns, takes its curvatures from the hinges, every edge's
 normal being the mean of its neighbours'. Their mean is exact; that they vary about it widens the loop of a sheet rolled
 back and forth by 1 % at most, on a mesh of the mesher with edges of a tenth of its length.
 
@@ -161,7 +161,7 @@ class Constant:
         self.hinges = Hinges(cloth, x, tables) if self.hinged else None
 
     def begin_step(self):
-        """Remember the hinge angles, where there is internal friction."""
+        """Remember how far the hinges spread, where there is internal friction."""
         if self.hinged:
             self.hinges.begin_step()
 
@@ -169,10 +169,10 @@ class Constant:
     def end_step(self):
         """Dry friction slips."""
         for t in range(self.nt):
-            self.friction.drag(t, self._edge_angles(t))
+            self.friction.drag(t, self._leans(t))
 
     def begin_stage(self, v, ahead: float, beyond: float):
-        """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
+        """Count the rates of the hinges as ``Elastic.begin_stage`` says."""
         if self.hinged:
             self.hinges.begin_stage(v, ahead, beyond)
 
@@ -199,12 +199,12 @@ class Constant:
                     self._rub(e)
 
     @ti.func
-    def _edge_angles(self, t: int):
+    def _leans(self, t: int):
         """How far the edges' normals lean from triangle t's, where each is the mean of its neighbours'."""
         alpha = ti.Vector([0.0, 0.0, 0.0])
         for k in ti.static(range(3)):
             e = self.friction.triangle_edge[t][k]
-            alpha[k] = self.hinges.share[e] * self.hinges.angle[e]
+            alpha[k] = self.hinges.share[e] * self.hinges.spread[e]
         return alpha
 
     @ti.func
@@ -214,7 +214,7 @@ class Constant:
         stuck = ti.cast(0.0, float)
         for side in range(2):
             t = self.friction.hinge_triangle[e][side]
-            moment, stiffness = self.friction.at_edge(t, e, self._edge_angles(t))
+            moment, stiffness = self.friction.at_edge(t, e, self._leans(t))
             self.hinges.moment[e] += share * moment
             stuck += share * share * stiffness
         self.friction.stuck[e] = stuck
@@ -246,7 +246,7 @@ class Constant:
         if ti.static(self.friction.present):
             low, high = fields.chunk_bounds(chunk, last - first)
             for t in range(first + low, first + high):
-                total += self.friction.potential(t, self._edge_angles(t))
+                total += self.friction.potential(t, self._leans(t))
         return total
 
     @ti.func

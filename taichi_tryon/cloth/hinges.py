@@ -1,6 +1,6 @@
-"""The hinges between neighbouring triangles: their angles, the moments in them, and internal friction on their rate.
+"""The hinges between neighbouring triangles: their spread, the moments in them, and internal friction on its rate.
 
-Both laws of bending count rates here: a hinge angle does not change when the cloth turns as a whole. Forces are
+Both laws of bending count rates here: a hinge's spread does not change when the cloth turns as a whole. Forces are
 gathered at the vertices, so that no two threads write to one place.
 """
 
@@ -17,10 +17,10 @@ LEAST_HEIGHT = 0.2
 
 @ti.data_oriented
 class Hinges:
-    """The ``count`` edges of a Cloth at positions ``x`` (nv vectors), borders among them, which have no angle.
+    """The ``count`` edges of a Cloth at positions ``x`` (nv vectors), borders among them, which have none.
 
-    ``angle`` [rad] and its ``slope`` at the four vertices [rad/m] are as last measured; a law sets ``moment`` [N m].
-    ``stiffness`` (ne,) [N m] is that of an angle with the edge's rotation held.
+    ``spread`` (see ``bending``) and its ``slope`` at the four vertices [1/m] are as last measured; a law sets
+    ``moment`` [N m]. ``stiffness`` (ne,) [N m] is that of a spread with the edge's rotation held.
     """
 
     def __init__(self, cloth: Cloth, x, tables: fields.Tables):
@@ -35,14 +35,14 @@ class Hinges:
             # 1 / |gradient of the hat of corner k| is the height over edge k
             height = LEAST_HEIGHT / np.linalg.norm(cloth.gradients[:, k], axis=1)
             heights[edges, np.where(cloth.edge_signs[:, k] > 0, 0, 1)] = height
-        # on the border of a clamp the whole hinge angle is that of the triangle which can bend
+        # on the border of a clamp the whole spread is that of the triangle which can bend
         share = np.where(cloth.edge_clamps == 0, 0.5, 1.0)
         interior = cloth.hinge_triangles[:, 1] >= 0
         self.share = tables.scalars(share)
         self.stiffness = tables.scalars(np.where(interior, share * share * diagonal, 0.0))
         self.tau = tables.scalars(cloth.damping_time[cloth.hinge_triangles[:, 0]])
         self.least_height = tables.vectors(heights)
-        self.angle, self.angle_start, self.angle_ref, self.moment = (
+        self.spread, self.spread_start, self.spread_ref, self.moment = (
             ti.field(float, shape=self.count) for _ in range(4)
         )
         self.slope = ti.Vector.field(3, float, shape=(self.count, 4))
@@ -56,12 +56,13 @@ class Hinges:
         return self.vertex[e][3] >= 0
 
     @ti.func
-    def _angle(self, e: int) -> float:
+    def _spread(self, e: int):
+        """Spread of edge e, and its derivative with respect to the angle."""
         h = self.vertex[e]
-        theta = ti.cast(0.0, float)
+        result = ti.Vector([0.0, 1.0])
         if h[3] >= 0:
-            theta = bending.hinge_angle(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]])
-        return theta
+            result = bending.hinge_spread(self.x[h[0]], self.x[h[1]], self.x[h[2]], self.x[h[3]])
+        return result
 
     @ti.func
     def _gradient(self, e: int):
@@ -70,18 +71,19 @@ class Hinges:
 
     @ti.func
     def measure(self, e: int):
-        """Angle and slope of an inner edge at the present positions."""
-        self.angle[e] = self._angle(e)
-        g = self._gradient(e)
+        """Spread and slope of an inner edge at the present positions."""
+        spread = self._spread(e)
+        self.spread[e] = spread[0]
+        g = spread[1] * self._gradient(e)
         for k in ti.static(range(4)):
             self.slope[e, k] = ti.Vector([g[k, 0], g[k, 1], g[k, 2]])
 
     @ti.kernel
     def begin_step(self):
-        """Remember the angles: internal friction acts on the change since here."""
+        """Remember the spreads: internal friction acts on the change since here."""
         for e in range(self.count):
-            theta = self._angle(e)
-            self.angle_start[e], self.angle_ref[e] = theta, theta
+            now = self._spread(e)[0]
+            self.spread_start[e], self.spread_ref[e] = now, now
 
     @ti.kernel
     def begin_stage(self, v: ti.template(), ahead: float, beyond: float):
@@ -89,17 +91,18 @@ class Hinges:
         for e in range(self.count):
             h = self.vertex[e]
             if h[3] >= 0:
-                slope = self._gradient(e)
+                spread = self._spread(e)
+                slope = spread[1] * self._gradient(e)
                 rate = ti.cast(0.0, float)
                 for k in ti.static(range(4)):
                     rate += ti.Vector([slope[k, 0], slope[k, 1], slope[k, 2]]).dot(v[h[k]])
-                change = self._angle(e) - self.angle_start[e]
-                self.angle_ref[e] = self.angle_start[e] + ahead * rate + beyond * change
+                change = spread[0] - self.spread_start[e]
+                self.spread_ref[e] = self.spread_start[e] + ahead * rate + beyond * change
 
     @ti.func
     def drag(self, e: int, inverse_dt: float) -> float:
         """Moment [N m] of internal friction in edge e."""
-        return self.stiffness[e] * self.tau[e] * inverse_dt * (self.angle[e] - self.angle_ref[e])
+        return self.stiffness[e] * self.tau[e] * inverse_dt * (self.spread[e] - self.spread_ref[e])
 
     @ti.func
     def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):
@@ -108,7 +111,7 @@ class Hinges:
         low, high = fields.chunk_bounds(chunk, self.count)
         for e in range(low, high):
             if first <= self.triangle[e] < last:
-                total += 0.5 * self.drag(e, inverse_dt) * (self.angle[e] - self.angle_ref[e])
+                total += 0.5 * self.drag(e, inverse_dt) * (self.spread[e] - self.spread_ref[e])
         return total
 
     @ti.func
@@ -123,5 +126,5 @@ class Hinges:
 
     @ti.func
     def block(self, e: int, i: int, j: int, stiffness: float):
-        """Hessian block between roles i and j of edge e of that stiffness [N m], its angle's curvature left out."""
+        """Hessian block between roles i and j of edge e of that stiffness [N m], without the spread's curvature."""
         return stiffness * self.slope[e, i].outer_product(self.slope[e, j])

@@ -40,9 +40,9 @@ class MidEdge:
             diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
         self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
-        around, by_rotation, by_angle = _couplings(cloth)
+        around, by_rotation, by_spread = _couplings(cloth)
         self.around = tables.vectors(around)
-        self.by_rotation, self.by_angle = tables.vectors(by_rotation), tables.vectors(by_angle)
+        self.by_rotation, self.by_spread = tables.vectors(by_rotation), tables.vectors(by_spread)
         self.load = ti.field(float, shape=self.ne)
         self.rotation = ti.field(float, shape=(2, self.ne))
         self.rotation_step = ti.field(float, shape=self.ne)
@@ -62,22 +62,22 @@ class MidEdge:
         self.keep, self.add = keep, add
 
     def begin_step(self):
-        """Remember the hinge angles."""
+        """Remember how far the hinges spread."""
         self.hinges.begin_step()
 
     @ti.kernel
     def end_step(self):
         """Dry friction slips."""
         for t in range(self.nt):
-            self.friction.drag(t, self._edge_angles(t, 0))
+            self.friction.drag(t, self._leans(t, 0))
 
     def begin_stage(self, v, ahead: float, beyond: float):
-        """Count the rates of hinge angles as ``Elastic.begin_stage`` says."""
+        """Count the rates of the hinges as ``Elastic.begin_stage`` says."""
         self.hinges.begin_stage(v, ahead, beyond)
 
     @ti.kernel
     def evaluate(self, inverse_dt: float):
-        """Hinge angles, edge rotations and moments at the present positions."""
+        """Spreads, edge rotations and moments at the present positions."""
         for e in range(self.ne):
             self._measure(e)
         for e in range(self.ne):
@@ -89,18 +89,18 @@ class MidEdge:
             self._evaluate_moment(e, inverse_dt)
 
     @ti.func
-    def _edge_angles(self, t: int, buffer: int):
+    def _leans(self, t: int, buffer: int):
         """alpha: how far the normals of the three edges lean outward from the normal of triangle t."""
         alpha = ti.Vector([0.0, 0.0, 0.0])
         for k in ti.static(range(3)):
             e = self.triangle_edge[t][k]
-            alpha[k] = 0.5 * self.hinges.angle[e] + self.edge_sign[t][k] * self.rotation[buffer, e]
+            alpha[k] = 0.5 * self.hinges.spread[e] + self.edge_sign[t][k] * self.rotation[buffer, e]
         return alpha
 
     @ti.func
     def _edge_moment(self, t: int, e: int):
         """Derivative of triangle t's energy with respect to its angle at edge e."""
-        alpha = self._edge_angles(t, 0)
+        alpha = self._leans(t, 0)
         m = self.stiffness[t] @ alpha
         moment = ti.cast(0.0, float)
         for k in ti.static(range(3)):
@@ -117,14 +117,14 @@ class MidEdge:
             if self.clamp[e] != 0:
                 # the edge's normal is that of the clamped triangle
                 for buffer in range(2):
-                    self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.angle[e]
+                    self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.spread[e]
 
     @ti.func
     def _load(self, e: int):
-        """The part of the energy's derivative with respect to rotation e that the hinge angles make."""
-        total = self.by_angle[e][0] * self.hinges.angle[e]
+        """The part of the energy's derivative with respect to rotation e that the spreads make."""
+        total = self.by_spread[e][0] * self.hinges.spread[e]
         for k in ti.static(range(4)):
-            total += self.by_angle[e][1 + k] * self.hinges.angle[self.around[e][k]]
+            total += self.by_spread[e][1 + k] * self.hinges.spread[self.around[e][k]]
         self.load[e] = total
 
     @ti.func
@@ -141,7 +141,7 @@ class MidEdge:
                     for k in ti.static(range(3)):
                         if self.triangle_edge[t][k] == e:
                             sign = self.edge_sign[t][k]
-                    slope += sign * self.friction.at_edge(t, e, self._edge_angles(t, source))[0]
+                    slope += sign * self.friction.at_edge(t, e, self._leans(t, source))[0]
         step = keep * self.rotation_step[e] - add * slope / self.rotation_diagonal[e]
         self.rotation_step[e] = step
         self.rotation[1 - source, e] = self.rotation[source, e] + step
@@ -157,7 +157,7 @@ class MidEdge:
                 stuck = ti.cast(0.0, float)
                 for side in range(2):
                     t = self.hinge_triangle[e][side]
-                    stuck += self.friction.at_edge(t, e, self._edge_angles(t, 0))[1]
+                    stuck += self.friction.at_edge(t, e, self._leans(t, 0))[1]
                 self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
 
     @ti.func
@@ -179,7 +179,7 @@ class MidEdge:
         total = ti.cast(0.0, ti.f64)
         low, high = fields.chunk_bounds(chunk, last - first)
         for t in range(first + low, first + high):
-            alpha = self._edge_angles(t, 0)
+            alpha = self._leans(t, 0)
             total += 0.5 * alpha.dot(self.stiffness[t] @ alpha)
             if ti.static(self.friction.present):
                 total += self.friction.potential(t, alpha)
@@ -202,11 +202,11 @@ class MidEdge:
 
 def _couplings(cloth: Cloth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Around each edge the four others (ne, 4) of its triangles, itself where there are fewer; and what rotations, or
-    hinge angles, of itself and of those add to the derivative of the energy with respect to its rotation, two times
+    spreads, of itself and of those add to the derivative of the energy with respect to its rotation, two times
     (ne, 5) [N m]."""
     ne = len(cloth.hinges)
     around = np.repeat(np.arange(ne)[:, None], 4, axis=1)
-    by_rotation, by_angle = np.zeros((2, ne, 5))
+    by_rotation, by_spread = np.zeros((2, ne, 5))
     for side in range(2):
         e = np.flatnonzero(cloth.hinge_triangles[:, side] >= 0)
         t = cloth.hinge_triangles[e, side]
@@ -216,7 +216,7 @@ def _couplings(cloth: Cloth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             lean = cloth.edge_signs[t, own] * cloth.edge_stiffness[t, own, other]
             place = 2 * side + turn if turn else 0
             by_rotation[e, place] += lean * cloth.edge_signs[t, other]
-            by_angle[e, place] += 0.5 * lean
+            by_spread[e, place] += 0.5 * lean
             if turn:
                 around[e, place - 1] = cloth.triangle_edges[t, other]
-    return around, by_rotation, by_angle
+    return around, by_rotation, by_spread

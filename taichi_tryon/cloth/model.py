@@ -37,7 +37,7 @@ class Cloth:
     stretch (nt, 4) C11 C22 C12 C66 [N/m]; damping_time (nt,) [s]; masses (nv,) [kg].
     hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
     triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
-    of the edge angles; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
+    of its edges' leans; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
     bending and membrane say which laws are taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,)
     [m] at rest, tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see
     ``Moduli``.

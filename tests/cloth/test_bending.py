@@ -1,4 +1,4 @@
-"""Hinge angle and its gradient, the triangle's stiffness, and the energy of a sheet rolled to a cylinder."""
+"""A hinge's spread and its gradient, the triangle's stiffness, and the energy of a sheet rolled to a cylinder."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,9 @@ def hinge(x: ti.types.ndarray(), gradient: ti.types.ndarray()) -> float:
     for _ in range(1):
         a, b = ti.Vector([x[0, 0], x[0, 1], x[0, 2]]), ti.Vector([x[1, 0], x[1, 1], x[1, 2]])
         c, d = ti.Vector([x[2, 0], x[2, 1], x[2, 2]]), ti.Vector([x[3, 0], x[3, 1], x[3, 2]])
-        result = bending.hinge_angle(a, b, c, d)
-        g = bending.hinge_gradient(a, b, c, d, 1e-6, 1e-6)
+        spread = bending.hinge_spread(a, b, c, d)
+        result = spread[0]
+        g = spread[1] * bending.hinge_gradient(a, b, c, d, 1e-6, 1e-6)
         for i in ti.static(range(4)):
             for k in ti.static(range(3)):
                 gradient[i, k] = g[i, k]
@@ -26,9 +27,17 @@ def folded(angle: float) -> np.ndarray:
     return np.array([[0, 0, 0], [0, 0, 1.0], [-1, 0, 0.4], [np.cos(angle), np.sin(angle), 0.6]])
 
 
-@pytest.mark.parametrize("angle", [-3.0, -1.2, 0.0, 0.4, 2.0, 3.1])
-def test_angle_is_the_fold(angle):
-    assert abs(hinge(folded(angle), np.zeros((4, 3)))) == pytest.approx(abs(angle), abs=1e-12)
+@pytest.mark.parametrize("angle", [-2.4, -1.2, 0.0, 0.4, 2.0])
+def test_spread_is_that_of_the_arc_which_touches_the_triangles(angle):
+    assert abs(hinge(folded(angle), np.zeros((4, 3)))) == pytest.approx(2 * np.tan(abs(angle) / 2), abs=1e-12)
+
+
+def test_spread_stays_finite_and_smooth_up_to_a_flat_fold():
+    near = [abs(hinge(folded(angle), np.zeros((4, 3)))) for angle in bending.STEEPEST + np.array([-1e-6, 0, 1e-6])]
+    slope = 1 + np.tan(bending.STEEPEST / 2) ** 2
+    assert np.diff(near) == pytest.approx(1e-6 * slope, rel=1e-5)
+    flat = 2 * np.tan(bending.STEEPEST / 2) + slope * (3.1 - bending.STEEPEST)
+    assert abs(hinge(folded(3.1), np.zeros((4, 3)))) == pytest.approx(flat)
 
 
 def test_fold_up_and_down_differ_in_sign():

@@ -32,9 +32,9 @@ class Law:
     def _gather(self):
         for t in self.psi:
             if ti.static(self.free):
-                self.psi[t] = self.law.friction.potential(t, self.law._edge_angles(t, 0))
+                self.psi[t] = self.law.friction.potential(t, self.law._leans(t, 0))
             else:
-                self.psi[t] = self.law.friction.potential(t, self.law._edge_angles(t))
+                self.psi[t] = self.law.friction.potential(t, self.law._leans(t))
         for i in self.pull:
             self.pull[i] = self.elastic.force(i)
 

@@ -55,13 +55,13 @@ def test_bent_from_the_line_on_it_stores_what_the_rest_stores(clamped, strip, mo
     exact = moduli.bend[0] / (2 * RADIUS**2) * 0.04 * 0.02
     # at the other end nothing holds the normals: they give way over half a triangle
     assert elastic.energies()[2] == pytest.approx(exact, rel=0.08)
-    clamp, angle, rotation = (
+    clamp, spread, rotation = (
         cloth.edge_clamps,
-        elastic.bending.hinges.angle.to_numpy(),
+        elastic.bending.hinges.spread.to_numpy(),
         elastic.bending.rotation.to_numpy()[0],
     )
-    assert np.abs(angle[clamp != 0]).max() > 0.01
-    assert rotation[clamp != 0] == pytest.approx(-0.5 * (clamp * angle)[clamp != 0])
+    assert np.abs(spread[clamp != 0]).max() > 0.01
+    assert rotation[clamp != 0] == pytest.approx(-0.5 * (clamp * spread)[clamp != 0])
 
 
 def test_forces_are_the_energys_gradient(clamped, strip):
