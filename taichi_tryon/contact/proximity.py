@@ -55,13 +55,16 @@ class Proximity:
         self.corner = tables.vectors(self.corners)
         tables.fill()
         self.low, self.high = (ti.Vector.field(3, float, shape=self.count) for _ in range(2))
+        # middle of its corners, the mean of their paths, and how far corners and paths are from those
+        self.middle, self.travel = (ti.Vector.field(3, float, shape=self.count) for _ in range(2))
+        self.extent = ti.field(float, shape=self.count)
         self.cell = CELL_SIZE * edge_length + distance
         self.slots = 8
         self.margin = MARGIN * edge_length
         # pairs within the margin of where the cloth was ``seen``
         self.known: Pairs | None = None
         self.seen = ti.Vector.field(3, float, shape=nv)
-        self.peaks = fields.sums(2)
+        self.peaks, self.bounds = fields.sums(2), fields.sums(6)
 
     def find(self) -> Pairs:
         """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
@@ -84,7 +87,7 @@ class Proximity:
         self._box(margin)
         low, size, shape = self._grid()
         count = np.zeros(2 * int(np.prod(shape)), np.int32)
-        grid = (*low, size, *(int(n) for n in shape))
+        grid = (*low, 1 / size, *(int(n) for n in shape))
         self._sort(*grid, count, np.zeros(1, np.int32), 0)
         start = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
         items = np.empty(max(int(start[-1]), 1), np.int32)
@@ -110,13 +113,25 @@ class Proximity:
 
     def _grid(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
-        low, high = self.low.to_numpy().min(axis=0), self.high.to_numpy().max(axis=0)
+        self._bound(self.bounds)
+        low, high = self.bounds[:, :3].min(axis=0), self.bounds[:, 3:].max(axis=0)
         size = self.cell
         while True:
             shape = np.floor((high - low) / size) + 1
             if shape.prod() <= CELLS:
                 return low, size, shape.astype(int)
             size *= 1.26
+
+    @ti.kernel
+    def _bound(self, bounds: ti.types.ndarray()):
+        """Lowest and highest corners of the vertices' boxes, which are those of all."""
+        for chunk in range(fields.CHUNKS):
+            first, last = fields.chunk_bounds(chunk, self.nv)
+            low, high = self.low[first], self.high[first]
+            for i in range(first, last):
+                low, high = ti.min(low, self.low[i]), ti.max(high, self.high[i])
+            for k in ti.static(range(3)):
+                bounds[chunk, k], bounds[chunk, 3 + k] = low[k], high[k]
 
     @ti.kernel
     def _measure(self, peaks: ti.types.ndarray()):
@@ -148,24 +163,35 @@ class Proximity:
         for b in range(self.count):
             i = self.corner[b]
             low, high = self.x[i[0]], self.x[i[0]]
+            middle, travel = ti.Vector([0.0] * 3), ti.Vector([0.0] * 3)
             for k in range(3):
-                at = self.x[i[k]]
-                end = at + self.path[i[k]] if margin == 0.0 else at
-                low, high = ti.min(low, at, end), ti.max(high, at, end)
+                at, path = self.x[i[k]], self._path(i[k], margin)
+                low, high = ti.min(low, at, at + path), ti.max(high, at, at + path)
+                middle, travel = middle + at / 3, travel + path / 3
+            radius, spread = ti.cast(0.0, float), ti.cast(0.0, float)
+            for k in range(3):
+                radius = ti.max(radius, (self.x[i[k]] - middle).norm())
+                spread = ti.max(spread, (self._path(i[k], margin) - travel).norm())
             wide = 0.5 * self.distance + margin
             self.low[b], self.high[b] = low - wide, high + wide
+            self.middle[b], self.travel[b], self.extent[b] = middle, travel, radius + spread + wide
+
+    @ti.func
+    def _path(self, i: int, margin: float):
+        """The path of vertex i; none where there is a margin."""
+        return self.path[i] if margin == 0.0 else ti.Vector([0.0] * 3)
 
     @ti.kernel
     def _sort(
-        self, x: float, y: float, z: float, size: float, nx: int, ny: int, nz: int,
+        self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
         place: ti.types.ndarray(), items: ti.types.ndarray(), write: int,
     ):  # fmt: skip
         """Count what lies in each cell, edges and triangles apart; then ``write`` it there, ``place`` being the next
         free place of each cell."""
         for b in range(self.nv, self.count):
             origin = ti.Vector([x, y, z])
-            a = ti.cast((self.low[b] - origin) / size, ti.i32)
-            e = ti.cast((self.high[b] - origin) / size, ti.i32)
+            a = ti.cast((self.low[b] - origin) * per_cell, ti.i32)
+            e = ti.cast((self.high[b] - origin) * per_cell, ti.i32)
             for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
                 n = ti.atomic_add(place[2 * ((i * ny + j) * nz + k) + ti.cast(b >= self.lookers, ti.i32)], 1)
                 if write == 1:
@@ -173,15 +199,15 @@ class Proximity:
 
     @ti.kernel
     def _look(
-        self, x: float, y: float, z: float, size: float, nx: int, ny: int, nz: int,
+        self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
         start: ti.types.ndarray(), items: ti.types.ndarray(), found: ti.types.ndarray(), number: ti.types.ndarray(),
         margin: float,
     ):  # fmt: skip
         for q in range(self.lookers):
             origin = ti.Vector([x, y, z])
             low, high = self.low[q], self.high[q]
-            a = ti.cast((low - origin) / size, ti.i32)
-            e = ti.cast((high - origin) / size, ti.i32)
+            a = ti.cast((low - origin) * per_cell, ti.i32)
+            e = ti.cast((high - origin) * per_cell, ti.i32)
             kind = EDGES if q >= self.nv else FACE
             count = 0
             for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
@@ -189,14 +215,22 @@ class Proximity:
                 for n in range(start[cell], start[cell + 1]):
                     b = items[n]
                     # edges are met twice, and boxes in every cell that they share: once is enough
-                    least = ti.max(low, self.low[b])
-                    at = ti.cast((least - origin) / size, ti.i32)
-                    once = b > q and at[0] == i and at[1] == j and at[2] == k
-                    if once and (least <= ti.min(high, self.high[b])).all() and self._near(kind, q, b, margin):
-                        if count < found.shape[1]:
-                            found[q, count] = b
-                        count += 1
+                    if b > q and self._overlap(q, b):
+                        at = ti.cast((ti.max(low, self.low[b]) - origin) * per_cell, ti.i32)
+                        if at[0] == i and at[1] == j and at[2] == k and self._near(kind, q, b, margin):
+                            if count < found.shape[1]:
+                                found[q, count] = b
+                            count += 1
             number[q] = count
+
+    @ti.func
+    def _overlap(self, q: int, b: int):
+        """Whether boxes overlap, and balls around the two in a frame that moves along with one of them."""
+        result = False
+        if (self.low[q] <= self.high[b]).all() and (self.low[b] <= self.high[q]).all():
+            apart = (self.middle[q] - self.middle[b]).norm()
+            result = apart <= self.extent[q] + self.extent[b] + (self.travel[q] - self.travel[b]).norm()
+        return result
 
     @ti.func
     def _near(self, kind: int, q: int, b: int, margin: float):

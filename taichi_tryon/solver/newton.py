@@ -107,6 +107,8 @@ class Newton:
         if self.layers is not None:
             self.layers.compile(self.linear.b)
         self.way.go(0.0)
+        self.way.start()
+        self.way.arrive()
 
     # -- the direction --------------------------------------------------------------------------------------------
 

@@ -8,6 +8,15 @@ from taichi_tryon import fields
 HUGE = 1e300
 
 
+@ti.func
+def longer(length, vector) -> ti.f64:
+    """The greater of a length and that of a vector; one that is not finite wins over every number."""
+    size = ti.cast(vector.norm(), ti.f64)
+    if not size < HUGE:
+        size = HUGE
+    return ti.max(length, size)
+
+
 @ti.data_oriented
 class Way:
     """Moves the cloth ``x`` from a ``base`` along ``path``. ``contact``, a BodyContact, knows how far the body is;
@@ -17,27 +26,37 @@ class Way:
     def __init__(self, x, path, contact, layers, clock):
         self.x, self.path, self.contact, self.layers, self.clock, self.nv = x, path, contact, layers, clock, x.shape[0]
         self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
+        # the part of the path at which the cloth was left, None where nobody has looked along it; whether it was there
+        # when others began to move it
+        self.part: float | None = None
+        self.waited = False
         self.sums = fields.sums(1)
 
     def start(self) -> None:
         """From here on the cloth is moved by others."""
         if self.layers is not None:
+            self.waited = self.part is not None and self._strayed(self.part) == 0.0
             self._keep_base()
 
     def arrive(self) -> None:
         """Let the cloth be where it was moved to since ``start``, or as near to it as its layers let it."""
         if self.layers is not None:
             self._aim_at_here()
+            if self.waited and self.peak(self.path) == 0.0:
+                # who may touch here has been looked for on the way to here
+                self.part = 0.0
+                return
             # its layers look along the path from where the cloth is
             self.go(0.0)
             self._look_ahead()
             self.keep_apart()
             self._arrive()
+            self.part = None
 
     def gone_from(self, start) -> float:
-        """Farthest that any vertex is [m] from where it was at ``start``; takes the path for it."""
-        self._measure(start)
-        return self.peak(self.path)
+        """Farthest that any vertex is [m] from where it was at ``start``, infinite where that is not finite."""
+        self._measure(start, self.sums)
+        return self._longest()
 
     def aim(self, direction, longest_move: float) -> bool:
         """Start along a ``direction``, no vertex that is near the body further than ``longest_move`` [m], and look who
@@ -74,8 +93,16 @@ class Way:
     def peak(self, vectors) -> float:
         """Length of the longest of a field of vectors, infinite where one is not finite."""
         self._peak(vectors, self.sums)
+        return self._longest()
+
+    def _longest(self) -> float:
         peak = float(self.sums.max())
         return peak if peak < HUGE else np.inf
+
+    def _strayed(self, part: float) -> float:
+        """How far the cloth is [m] from that part of its path."""
+        self._stray(part, self.sums)
+        return self._longest()
 
     def along(self, force) -> float:
         """Sum of a field of forces [N] times the path [m]."""
@@ -97,11 +124,25 @@ class Way:
             low, high = fields.chunk_bounds(chunk, self.nv)
             peak = ti.cast(0.0, ti.f64)
             for i in range(low, high):
-                size = ti.cast(vectors[i].norm(), ti.f64)
-                # a NaN or infinity must win over every number
-                if not size < HUGE:
-                    size = HUGE
-                peak = ti.max(peak, size)
+                peak = longer(peak, vectors[i])
+            peaks[chunk, 0] = peak
+
+    @ti.kernel
+    def _measure(self, start: ti.template(), peaks: ti.types.ndarray()):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            peak = ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                peak = longer(peak, self.x[i] - start[i])
+            peaks[chunk, 0] = peak
+
+    @ti.kernel
+    def _stray(self, part: float, peaks: ti.types.ndarray()):
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            peak = ti.cast(0.0, ti.f64)
+            for i in range(low, high):
+                peak = longer(peak, self.x[i] - (self.base[i] + part * self.path[i]))
             peaks[chunk, 0] = peak
 
     @ti.kernel
@@ -137,11 +178,6 @@ class Way:
             self.x[i] = self.goal[i] if whole else self.base[i] + self.path[i]
 
     @ti.kernel
-    def _measure(self, start: ti.template()):
-        for i in range(self.nv):
-            self.path[i] = self.x[i] - start[i]
-
-    @ti.kernel
     def _aim(self, share: float, direction: ti.template()):
         for i in range(self.nv):
             self.base[i], self.path[i] = self.x[i], share * direction[i]
@@ -151,8 +187,12 @@ class Way:
         for i in range(self.nv):
             self.base[i], self.path[i] = self.x[i], free[i] * (goal[i] - self.x[i])
 
-    @ti.kernel
-    def go(self, part: float):
+    def go(self, part: float) -> None:
         """Be at a part of the path."""
+        self._go(part)
+        self.part = part
+
+    @ti.kernel
+    def _go(self, part: float):
         for i in range(self.nv):
             self.x[i] = self.base[i] + part * self.path[i]
