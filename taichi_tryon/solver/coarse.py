@@ -68,29 +68,51 @@ class CoarseSpace:
         rows, columns = np.concatenate(rows), np.concatenate(columns)
         self.first_own, self.first_far = len(m.rows), len(m.rows) + self.nv
         upper = np.flatnonzero(patch[rows] <= patch[columns])
-        key = patch[rows[upper]] * self.patch_count + patch[columns[upper]]
-        keys, pair = np.unique(key, return_inverse=True)
-        start, order = fields.group(pair, len(keys))
-        entry = upper[order]
+        pair = patch[rows[upper]].astype(np.int64) * self.patch_count + patch[columns[upper]]
+        # a run is what a pair of patches has in one row of the matrix
+        runs, run = np.unique(pair * self.nv + rows[upper], return_inverse=True)
+        keys, of_run = np.unique(runs // self.nv, return_inverse=True)
         self.pair_count = len(keys)
         self.pair_row, self.pair_column = (
             tables.scalars(keys // self.patch_count),
             tables.scalars(keys % self.patch_count),
         )
-        self.pair_start, self.entry = tables.scalars(start), tables.scalars(entry)
-        self.entry_row, self.entry_column = tables.scalars(rows[entry]), tables.scalars(columns[entry])
+        self.pair_start = tables.scalars(fields.group(of_run, len(keys))[0])
+        self.run_row = tables.scalars(runs % self.nv)
+        start, order = fields.group(run, len(runs))
+        self.run_start, self.entry = tables.scalars(start), tables.scalars(upper[order])
+        self.entry_column = tables.scalars(columns[upper[order]])
 
     @ti.func
     def _block(self, n: int):
-        """Block of the matrix that counts as n."""
-        block = ti.Matrix.zero(float, 3, 3)
+        """Block of the matrix that counts as n, padded."""
+        block = ti.Vector([0.0] * 12, ti.f32)
         if n < self.first_own:
-            block = unpadded(self.matrix.block[n])
+            block = self.matrix.block[n]
         elif n < self.first_far:
-            block = unpadded(self.matrix.diagonal[n - self.first_own])
+            block = self.matrix.diagonal[n - self.first_own]
         elif ti.static(self.matrix.bending.constant):
-            block = ti.cast(self.matrix.far_value[n - self.first_far], float) * ti.Matrix.identity(float, 3)
+            value = self.matrix.far_value[n - self.first_far]
+            block[0], block[5], block[10] = value, value, value
         return block
+
+    @ti.func
+    def _run(self, run: int):
+        """What a run adds to E where only its columns turn: the blocks B, and the turns B [a]x, padded.
+
+        In single precision, as blocks are: sums over a patch, in which almost all cancels, are not.
+        """
+        block, turn = ti.Vector([0.0] * 12, ti.f32), ti.Vector([0.0] * 12, ti.f32)
+        for n in range(self.run_start[run], self.run_start[run + 1]):
+            j = self.entry_column[n]
+            b, free, a = self._block(self.entry[n]), self.matrix.mask[j], self.arm[j]
+            for k in ti.static(range(4)):
+                x, y, z = b[k] * free[0], b[4 + k] * free[1], b[8 + k] * free[2]
+                block[k], block[4 + k], block[8 + k] = block[k] + x, block[4 + k] + y, block[8 + k] + z
+                turn[k] += y * a[2] - z * a[1]
+                turn[4 + k] += z * a[0] - x * a[2]
+                turn[8 + k] += x * a[1] - y * a[0]
+        return block, turn
 
     @ti.kernel
     def _gather(self, entries: ti.types.ndarray()):
@@ -104,11 +126,11 @@ class CoarseSpace:
         for p in range(self.pair_count):
             aa, ab = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
             ba, bb = ti.Matrix.zero(float, 3, 3), ti.Matrix.zero(float, 3, 3)
-            for n in range(self.pair_start[p], self.pair_start[p + 1]):
-                i, j = self.entry_row[n], self.entry_column[n]
-                block = self.matrix.masked(i, j, self._block(self.entry[n]))
-                left, right = cross_matrix(ti.cast(self.arm[i], float)), cross_matrix(ti.cast(self.arm[j], float))
-                turn = block @ right
+            for run in range(self.pair_start[p], self.pair_start[p + 1]):
+                i = self.run_row[run]
+                blocks, turns = self._run(run)
+                free, left = self.matrix.free[i], cross_matrix(ti.cast(self.arm[i], float))
+                block, turn = rows_times(free, unpadded(blocks)), rows_times(free, unpadded(turns))
                 aa += block
                 ab -= turn
                 ba += left @ block
@@ -212,6 +234,12 @@ def _add(entries: ti.template(), row: int, column: int, block):
     for r in range(3):
         for c in range(3):
             entries[row + r, column + c] = entries[row + r, column + c] + ti.cast(block[r, c], ti.f32)
+
+
+@ti.func
+def rows_times(factor, matrix):
+    """The matrix with each of its rows times a factor."""
+    return ti.Matrix([[factor[r] * matrix[r, c] for c in ti.static(range(3))] for r in ti.static(range(3))])
 
 
 @ti.func
