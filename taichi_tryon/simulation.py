@@ -20,6 +20,8 @@ PHASES = ("dress", "drape", "move", "settle")
 # dressing is over when no vertex moves further in so many steps running [m], for what is stopped by a fold may go on,
 # or after so many steps
 DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
+# the linear tolerance of dressing, whose way matters little: ten times less takes as many steps
+DRESSING_TOLERANCE = 0.1
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # the longest step of settling [s], where there is no inertia left to follow
@@ -65,6 +67,7 @@ class Simulation:
             preconditioner=solver.preconditioner,
             scheme=solver.scheme,
         )
+        self._dressing = replace(self._moving, linear_tolerance=max(DRESSING_TOLERANCE, self._moving.linear_tolerance))
         self._settling = replace(
             self._moving,
             tolerance=0.3 * scene.settle.residual,
@@ -186,7 +189,8 @@ class Simulation:
     def _set_forces(self) -> None:
         """What acts in the present phase, and how exactly it is solved."""
         phase, scene = self.progress.phase, self.scene
-        self.stepper.settings = self._settling if phase == "settle" else self._moving
+        settings = {"dress": self._dressing, "settle": self._settling}
+        self.stepper.settings = settings.get(phase, self._moving)
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
         # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
         self.stepper.elastic.rub(phase != "dress")
