@@ -164,6 +164,8 @@ class BodyContact:
         What is far off sleeps: it is not looked at until it, or the body, could have come near. What is where it was
         last, the body too, keeps depth and normal.
         """
+        if self.count == 0:
+            return
         self.cover()
         body = self.body
         still = body.rests and body.placed == self._placed
@@ -306,6 +308,8 @@ class BodyContact:
 
     def energy(self) -> float:
         """Energy [J] of contact and of the friction springs."""
+        if self.count == 0:
+            return 0.0
         self._sum_energy(self.sums)
         return float(self.sums.sum())
 

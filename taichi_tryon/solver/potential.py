@@ -39,6 +39,8 @@ class Potential:
         self._constant: ConstantBlocks | None = None
         self.sums = fields.sums(2)
         self.inverse_dt = 0.0
+        # Phi [J] where last evaluated, None where it has not been summed up since
+        self._value: float | None = None
 
     def assemble_all(self) -> None:
         """From now on also assemble what never changes."""
@@ -52,6 +54,7 @@ class Potential:
 
     def evaluate(self) -> None:
         """Look at the laws where the cloth is."""
+        self._value = None
         self.elastic.evaluate(self.inverse_dt)
         with self.clock("contact"):
             self.contact.evaluate()
@@ -61,6 +64,8 @@ class Potential:
     def bind(self, ahead: float | None = None) -> None:
         """Let contact be stiff, and slip, as it does where last evaluated; at the beginning of a stage friction looks
         ``ahead`` [s], see ``BodyContact.bind``."""
+        if self.contact.count > 0 or self.layered:
+            self._value = None
         with self.clock("contact"):
             self.contact.bind(int(ahead is not None), ahead or 0.0)
             if self.layered:
@@ -73,8 +78,10 @@ class Potential:
 
     def value(self) -> float:
         """Phi [J] where last evaluated."""
-        self._sum_particles(self.sums, self.inverse_dt)
-        return float(self.sums[:, 0].sum()) + self.stored()
+        if self._value is None:
+            self._sum_particles(self.sums, self.inverse_dt)
+            self._value = float(self.sums[:, 0].sum()) + self.stored()
+        return self._value
 
     def gather(self, b) -> tuple[float, float]:
         """Fill the vector field b = -grad Phi [N]. 2-norms over the weight: of b, and of the force without inertia."""
