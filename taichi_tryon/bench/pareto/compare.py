@@ -11,7 +11,8 @@ from taichi_tryon.bench.pareto.track import Track
 from taichi_tryon.bench.record import Record, absolute, told
 
 FALL = 2.0
-"""How far [% of the whole fall] the sheet's lowest point may be from where it should be, at any time."""
+"""How far [% of the whole fall] the sheet's lowest point may be from where it should be, at any time of it."""
+RISE = 0.01
 COSTS = {"cpu": "cpu_ms", "wall": "wall_ms"}
 
 
@@ -34,13 +35,20 @@ def figures(case: str, where: Mapping, track: Track, reference: Reference, unit:
 
 
 def fall(case: str, where: Mapping, track: Track, reference: Reference, judged: bool) -> Record:
-    """How far the lowest point is from the converged one at any time, in parts of the converged fall."""
-    frames = min(len(track.lowest), len(reference.track.lowest))
+    """How far the lowest point is from the converged one at any time of the converged fall, in parts of it."""
+    frames = min(len(track.lowest), fall_ends(reference.track.lowest))
     right = reference.track.lowest[:frames]
     away = 100 * np.abs(track.lowest[:frames] - right).max() / np.ptp(right)
     return absolute(
         case, where, "lowest_point", "% of the fall", away, 0.0, FALL if judged else None, float(track.wall_s)
     )
+
+
+def fall_ends(lowest: np.ndarray) -> int:
+    """How many frames pass until the lowest point rises again, by RISE of its fall: from then on a sheet swings, and
+    where it is at a moment depends on how it flapped before."""
+    rises = lowest > np.minimum.accumulate(lowest) + RISE * np.ptp(lowest)
+    return int(np.argmax(rises)) if rises.any() else len(lowest)
 
 
 def doubt(case: str, where: Mapping, reference: Reference) -> Record:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.pareto import falls, hang, sphere
+from taichi_tryon.bench.pareto import compare, falls, hang, sphere
 from taichi_tryon.bench.pareto.falls import AS_IS, solver
 from taichi_tryon.bench.pareto.peer import PeerSetting
 from taichi_tryon.bench.pareto.problem import FABRICS
@@ -102,3 +102,9 @@ def test_draped_it_counts_against_any_where_it_is_exact_itself(known, monkeypatc
     }
     for spoilt in (track(0.002, 0.3, strain=0.006), track(0.002, 0.3, depth=0.001)):
         assert not sphere._is_exact(spoilt)
+
+
+def test_the_fall_ends_where_the_lowest_point_rises_again():
+    swings = np.array([0.0, -0.2, -0.5, -0.499, -0.51, -0.4, -0.6])
+    assert compare.fall_ends(swings) == 5
+    assert compare.fall_ends(swings[:5]) == 5
