@@ -65,6 +65,8 @@ class Tables:
                                 for m in range(shape[1]):
                                     field[i][k, m] = source[start + (i * shape[0] + k) * shape[1] + m]
 
+        # compiled on nothing: what a kernel was compiled on lives until Python collects its garbage
+        copy(0, np.zeros(1, np.int32), cast(np.zeros(1)))
         copy(max(entry[-1] for entry in entries), *(_joined(self._sources.pop(kind)) for kind in "if"))
 
 

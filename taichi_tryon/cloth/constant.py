@@ -157,8 +157,8 @@ class Constant:
         first[cloth.triangles[::-1].ravel()] = np.repeat(np.arange(len(cloth.triangles))[::-1], 3)
         self.vertex_triangle = tables.scalars(first)
         self.friction = BendingFriction(cloth, tables)
-        self.hinged = bool(cloth.damping_time.any()) or self.friction.present
-        self.hinges = Hinges(cloth, x, tables) if self.hinged else None
+        self.hinged = bool(cloth.modulus("damping_time").any()) or self.friction.present
+        self.hinges = Hinges(cloth, cloth.edge_stiffness, x, tables) if self.hinged else None
 
     def begin_step(self):
         """Remember how far the hinges spread, where there is internal friction."""
@@ -230,7 +230,7 @@ class Constant:
     @ti.func
     def block(self, e: int, i: int, j: int, inverse_dt: float):
         """Hessian block of internal friction in hinge e between its roles i and j."""
-        stiffness = self.hinges.stiffness[e] * self.hinges.tau[e] * inverse_dt
+        stiffness = self.hinges.dragged(e, inverse_dt)
         if ti.static(self.friction.present):
             stiffness += self.friction.stuck[e]
         return self.hinges.block(e, i, j, stiffness)

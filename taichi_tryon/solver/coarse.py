@@ -60,17 +60,19 @@ class CoarseSpace:
     def _pattern(self, patch: np.ndarray, tables: fields.Tables):
         """Which blocks of the matrix make up each block of E, of the patches I <= J."""
         m = self.matrix
-        rows, columns = [m.rows, np.arange(self.nv)], [m.columns, np.arange(self.nv)]
+        parts = [m.pattern(), (np.arange(self.nv, dtype=np.int32),) * 2]
         if m.bending.constant:
-            rows.append(m.far_rows)
-            columns.append(m.far_columns)
+            parts.append((m.far_rows, m.far_columns))
         # block n of the matrix counts as n, the diagonal and the constant ones behind follow
-        rows, columns = np.concatenate(rows), np.concatenate(columns)
-        self.first_own, self.first_far = len(m.rows), len(m.rows) + self.nv
-        upper = np.flatnonzero(patch[rows] <= patch[columns])
-        pair = patch[rows[upper]].astype(np.int64) * self.patch_count + patch[columns[upper]]
+        self.first_own, self.first_far = len(parts[0][0]), len(parts[0][0]) + self.nv
+        rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+        parts.clear()
+        upper = np.flatnonzero(patch[rows] <= patch[columns]).astype(np.int32)
+        rows, columns = rows[upper], columns[upper]
         # a run is what a pair of patches has in one row of the matrix
-        runs, run = np.unique(pair * self.nv + rows[upper], return_inverse=True)
+        pair = patch[rows].astype(np.int64) * self.patch_count + patch[columns]
+        runs, run = np.unique(pair * self.nv + rows, return_inverse=True)
+        del rows, pair
         keys, of_run = np.unique(runs // self.nv, return_inverse=True)
         self.pair_count = len(keys)
         self.pair_row, self.pair_column = (
@@ -81,7 +83,7 @@ class CoarseSpace:
         self.run_row = tables.scalars(runs % self.nv)
         start, order = fields.group(run, len(runs))
         self.run_start, self.entry = tables.scalars(start), tables.scalars(upper[order])
-        self.entry_column = tables.scalars(columns[upper[order]])
+        self.entry_column = tables.scalars(columns[order])
 
     @ti.func
     def _block(self, n: int):

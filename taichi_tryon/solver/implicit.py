@@ -243,7 +243,7 @@ class ImplicitStep:
     def net_forces(self) -> np.ndarray:
         """(nv, 3) net force [N] on each vertex at rest where the cloth is; zero in equilibrium and where held."""
         self.balance()
-        return self.potential.force.to_numpy()
+        return self.potential.pull.to_numpy() * self.free.to_numpy()
 
     def fastest(self) -> float:
         """Greatest speed of a vertex [m/s]."""
