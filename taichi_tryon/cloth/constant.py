@@ -204,13 +204,13 @@ class Constant:
         alpha = ti.Vector([0.0, 0.0, 0.0])
         for k in ti.static(range(3)):
             e = self.friction.triangle_edge[t][k]
-            alpha[k] = self.hinges.share[e] * self.hinges.spread[e]
+            alpha[k] = self.hinges.share(e) * self.hinges.spread[e]
         return alpha
 
     @ti.func
     def _rub(self, e: int):
         """Add dry friction to the moment of an inner edge, and note its stiffness."""
-        share = self.hinges.share[e]
+        share = self.hinges.share(e)
         stuck = ti.cast(0.0, float)
         for side in range(2):
             t = self.friction.hinge_triangle[e][side]

@@ -36,7 +36,6 @@ class MidEdge:
             # a bound of the stiffness, whatever slips: with it the iteration for the rotations never diverges
             stuck = stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
             diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
-        self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
         around, by_rotation, by_spread = _couplings(cloth, stiffness)
         self.around = tables.vectors(around)
@@ -112,10 +111,10 @@ class MidEdge:
     def _measure(self, e: int):
         if self.hinges.inner(e):
             self.hinges.measure(e)
-            if self.clamp[e] != 0:
+            if self.hinges.clamp[e] != 0:
                 # the edge's normal is that of the clamped triangle
                 for buffer in range(2):
-                    self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.spread[e]
+                    self.rotation[buffer, e] = -0.5 * self.hinges.clamp[e] * self.hinges.spread[e]
 
     @ti.func
     def _load(self, e: int):
@@ -152,14 +151,14 @@ class MidEdge:
         if self.hinges.inner(e):
             total = self.hinges.drag(e, inverse_dt)
             for side in range(2):
-                total += self.hinges.share[e] * self._edge_moment(self.hinge_triangle[e][side], e)
+                total += self.hinges.share(e) * self._edge_moment(self.hinge_triangle[e][side], e)
             self.hinges.moment[e] = total
             if ti.static(self.friction.present):
                 stuck = ti.cast(0.0, float)
                 for side in range(2):
                     t = self.hinge_triangle[e][side]
                     stuck += self.friction.at_edge(t, e, self._leans(t, 0))[1]
-                self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
+                self.friction.stuck[e] = self.hinges.share(e) ** 2 * stuck
 
     @ti.func
     def force(self, i: int):

@@ -19,6 +19,9 @@ Bending = Literal["mid_edge", "constant"]
 # whose strain stretches the membrane: each triangle's own, or for the most part its mean around each vertex
 Membrane = Literal["plain", "nodal"]
 
+# triangles whose stiffness is made together: what that takes meanwhile is many times what is made
+AT_A_TIME = 4096
+
 
 @dataclass(frozen=True)
 class Part:
@@ -91,7 +94,11 @@ class Cloth:
     @property
     def edge_stiffness(self) -> np.ndarray:
         """(nt, 3, 3) [N m] of the leans of each triangle's edges."""
-        stiffness = triangle_stiffness(self.rest, self.modulus("bend")[self.fabric])
+        stiffness = np.empty((len(self.rest), 3, 3))
+        for part, bend in zip(self.parts, self.modulus("bend"), strict=True):
+            for first in range(part.triangles.start, part.triangles.stop, AT_A_TIME):
+                some = slice(first, min(first + AT_A_TIME, part.triangles.stop))
+                stiffness[some] = triangle_stiffness(self.rest[some], np.tile(bend, (some.stop - first, 1)))
         stiffness[self.rigid] = 0.0
         return stiffness
 
@@ -177,18 +184,22 @@ def _edge_rate(cloth: Cloth) -> tuple[float, float]:
     (nt, 3, 3) that it may have, where dry friction slips and where it sticks, after scaling by the diagonal of the
     greatest."""
     ne, edges, signs = len(cloth.hinges), cloth.triangle_edges, cloth.edge_signs
-    least = greatest = cloth.edge_stiffness
+    stiffness, slips = cloth.edge_stiffness, None
     if cloth.modulus("bend_friction").any():
-        greatest = least + stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
-    diagonal = np.bincount(edges.ravel(), np.einsum("tkk->tk", greatest).ravel(), ne)
+        slips, stiffness = stiffness, stiffness + stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
+    diagonal = np.bincount(edges.ravel(), np.einsum("tkk->tk", stiffness).ravel(), ne)
     scale = sp.diags(1 / np.sqrt(diagonal))
     options = dict(k=1, which="LA", v0=np.ones(ne), return_eigenvectors=False)
 
     def scaled(stiffness) -> sp.csr_matrix:
-        values = stiffness * signs[:, :, None] * signs[:, None, :]
+        values = stiffness * signs[:, :, None]
+        values *= signs[:, None, :]
         places = np.repeat(edges, 3, axis=1).ravel(), np.tile(edges, 3).ravel()
         return scale @ sp.csr_matrix((values.ravel(), places), shape=(ne, ne)) @ scale
 
-    high = spla.eigsh(scaled(greatest), tol=1e-2, **options)[0]
-    low = spla.eigsh(2 * high * sp.identity(ne) - scaled(least), tol=1e-3, **options)[0]
+    greatest = scaled(stiffness)
+    least = greatest if slips is None else scaled(slips)
+    del stiffness, slips, signs
+    high = spla.eigsh(greatest, tol=1e-2, **options)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - least, tol=1e-3, **options)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

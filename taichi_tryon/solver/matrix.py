@@ -21,7 +21,7 @@ class Matrix:
 
     def __init__(self, elastic, contact, mass, free, layers=None):
         self.elastic, self.contact_law, self.layers, self.mass, self.free = elastic, contact, layers, mass, free
-        self.layered = layers is not None
+        self.layered, self.felt = layers is not None, len(contact.samples.areas) > 0
         self.nv = mass.shape[0]
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
@@ -55,7 +55,9 @@ class Matrix:
         del keys, i, j
         tables.fill()
         self.block = ti.Vector.field(12, ti.f32, shape=2 * self.pair_count)
-        self.diagonal, self.row_sum = (ti.Vector.field(12, ti.f32, shape=self.nv) for _ in range(2))
+        self.diagonal = ti.Vector.field(12, ti.f32, shape=self.nv)
+        # without contact with the body, the same along all axes
+        self.row_sum = ti.Vector.field(12, ti.f32, self.nv) if self.felt else ti.field(ti.f32, self.nv)
         # ``free`` in single precision, with a fourth entry of 0
         self.mask = ti.Vector.field(4, ti.f32, shape=self.nv)
         if self.layered:
@@ -141,10 +143,15 @@ class Matrix:
         for i in range(self.nv):
             for k in ti.static(range(3)):
                 self.mask[i][k] = ti.cast(self.free[i][k], ti.f32)
-            around, own = self.contact_law.row_sum(i)
             # elastic forces do not change when everything is shifted: their rows sum to zero
-            diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
-            self.row_sum[i] = padded(diagonal)
+            inertia = self.mass[i] * inverse_dt * inverse_dt
+            diagonal, own = inertia * ti.Matrix.identity(float, 3), ti.Matrix.zero(float, 3, 3)
+            if ti.static(self.felt):
+                around, touching = self.contact_law.row_sum(i)
+                diagonal, own = diagonal + around, touching
+                self.row_sum[i] = padded(diagonal)
+            else:
+                self.row_sum[i] = ti.cast(inertia, ti.f32)
             for n in range(self.row_start[i], self.row_start[i + 1]):
                 diagonal -= unpadded(self.block[n])
             if ti.static(self.bending.constant):
@@ -160,7 +167,11 @@ class Matrix:
         where held; zero in those rows."""
         # over differences, as elastic rows sum to zero: single precision would lose what little is left of large terms
         here = vector[i]
-        result = times(self.row_sum[i], here)
+        result = ti.Vector([0.0] * 4, ti.f32)
+        if ti.static(self.felt):
+            result = times(self.row_sum[i], here)
+        else:
+            result = self.row_sum[i] * here
         for n in range(self.row_start[i], self.row_start[i + 1]):
             result += times(self.block[n], vector[self.column[n]] - here)
         if ti.static(self.bending.constant):
