@@ -20,7 +20,8 @@ class Hinges:
     """The ``count`` edges of a Cloth at positions ``x`` (nv vectors), borders among them, which have none.
 
     ``spread`` (see ``bending``) and its ``slope`` at the four vertices [1/m] are as last measured; a law sets
-    ``moment`` [N m]. ``clamp`` (ne,) are the Cloth's ``edge_clamps``; ``stiffness`` (ne,) [N m] is that of a spread with the edge's rotation held.
+    ``moment`` [N m]. ``clamp`` (ne,) are the Cloth's ``edge_clamps``; ``stiffness`` (ne,) [N m], from its
+    ``edge_stiffness``, is that of a spread with the edge's rotation held. Where nothing is ``damped``, there is no rate.
     """
 
     def __init__(self, cloth: Cloth, edge_stiffness: np.ndarray, x, tables: fields.Tables):

@@ -37,10 +37,10 @@ class Cloth:
     """Garments joined into one set of arrays; ids count through. Each of the ``parts`` is of one of the ``fabrics``.
 
     triangles (nt, 3); rest (nt, 3, 2) [m], their corners in material coordinates; areas (nt,) [m^2]; masses (nv,)
-    [kg]; rigid (nt,) bool: which triangles cannot bend. hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a
-    border); hinge_triangles (ne, 2), -1 likewise; triangle_edges (nt, 3) opposite to each corner; edge_rate is the range
-    of eigenvalues that the iteration for the edge rotations has to cover; bending and membrane say which laws are taken.
-    tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
+    [kg]; rigid (nt,) bool: which triangles cannot bend. hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on
+    a border); hinge_triangles (ne, 2), -1 likewise; triangle_edges (nt, 3) opposite to each corner; edge_rate is the
+    range of eigenvalues that the iteration for the edge rotations has to cover; bending and membrane say which laws are
+    taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
 
     What follows from these is made anew whenever it is asked for, and takes no memory when it is not.
     """
@@ -199,7 +199,7 @@ def _edge_rate(cloth: Cloth) -> tuple[float, float]:
 
     greatest = scaled(stiffness)
     least = greatest if slips is None else scaled(slips)
-    del stiffness, slips, signs
+    del stiffness, slips
     high = spla.eigsh(greatest, tol=1e-2, **options)[0]
     low = spla.eigsh(2 * high * sp.identity(ne) - least, tol=1e-3, **options)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)
