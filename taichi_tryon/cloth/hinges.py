@@ -21,7 +21,7 @@ class Hinges:
 
     ``spread`` (see ``bending``) and its ``slope`` at the four vertices [1/m] are as last measured; a law sets
     ``moment`` [N m]. ``clamp`` (ne,) are the Cloth's ``edge_clamps``; ``stiffness`` (ne,) [N m], from its
-    ``edge_stiffness``, is that of a spread with the edge's rotation held. Where nothing is ``damped``, there is no rate.
+    ``edge_stiffness``, is that of a spread with the edge's rotation held. Undamped, it has no rate.
     """
 
     def __init__(self, cloth: Cloth, edge_stiffness: np.ndarray, x, tables: fields.Tables):
