@@ -41,19 +41,22 @@ class Tables:
     def _add(self, field, values):
         sources = self._sources[values.dtype.kind]
         start = sum(map(len, sources))
-        self._entries.append((field, values.dtype.kind == "i", values.shape[1:], start, len(values)))
+        self._entries.append((field, values.dtype.kind, values.shape[1:], start, len(values)))
         sources.append(values.ravel())
         return field
 
     def fill(self):
-        """Copy the values into the fields."""
-        entries = tuple(self._entries)
+        """Copy the values into the fields: first all integers, then all floats, which takes less memory at a time."""
+        for kind in "if":
+            entries = tuple(entry[:1] + entry[2:] for entry in self._entries if entry[1] == kind)
+            if entries:
+                self._copy(entries, self._sources.pop(kind))
 
+    def _copy(self, entries: tuple, sources: list[np.ndarray]):
         @ti.kernel
-        def copy(longest: int, integers: ti.types.ndarray(), floats: ti.types.ndarray()):
+        def copy(longest: int, source: ti.types.ndarray()):
             for i in range(longest):
-                for field, whole, shape, start, count in ti.static(entries):
-                    source = ti.static(integers if whole else floats)
+                for field, shape, start, count in ti.static(entries):
                     if i < count:
                         if ti.static(len(shape) == 0):
                             field[i] = source[start + i]
@@ -65,7 +68,9 @@ class Tables:
                                 for m in range(shape[1]):
                                     field[i][k, m] = source[start + (i * shape[0] + k) * shape[1] + m]
 
-        copy(max(entry[-1] for entry in entries), *(_joined(self._sources.pop(kind)) for kind in "if"))
+        # compiled on nothing: what a kernel was compiled on lives until Python collects its garbage
+        copy(0, sources[0])
+        copy(max(entry[-1] for entry in entries), _joined(sources))
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,6 +81,10 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         cloth = Cloth.join(fabrics, scene.mesh.bending, scene.mesh.membrane)
     positions = np.concatenate([garment.dressed.positions for garment in garments])
     velocities = np.concatenate([garment.velocities for garment in garments])
+    garments = [
+        _shared(garment, positions[part.vertices], velocities[part.vertices])
+        for garment, part in zip(garments, cloth.parts, strict=True)
+    ]
     if scene.contact.layers:
         with clock("dressing"):
             _require_apart(garments, cloth, positions)
@@ -92,6 +96,12 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     held = Holds.of(holds, positions)
     cloth = cloth.clamped(~held.free.any(axis=1))
     return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, held)
+
+
+def _shared(garment: Garment, positions: np.ndarray, velocities: np.ndarray) -> Garment:
+    """A garment whose start is a part of the cloth's, and whose mesh has forgotten what it was asked for so far."""
+    dressed = replace(garment.dressed, positions=positions)
+    return replace(garment, mesh=replace(garment.mesh), dressed=dressed, velocities=velocities)
 
 
 def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray) -> None:

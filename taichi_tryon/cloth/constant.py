@@ -157,8 +157,8 @@ class Constant:
         first[cloth.triangles[::-1].ravel()] = np.repeat(np.arange(len(cloth.triangles))[::-1], 3)
         self.vertex_triangle = tables.scalars(first)
         self.friction = BendingFriction(cloth, tables)
-        self.hinged = bool(cloth.damping_time.any()) or self.friction.present
-        self.hinges = Hinges(cloth, x, tables) if self.hinged else None
+        self.hinged = bool(cloth.modulus("damping_time").any()) or self.friction.present
+        self.hinges = Hinges(cloth, cloth.edge_stiffness, x, tables) if self.hinged else None
 
     def begin_step(self):
         """Remember how far the hinges spread, where there is internal friction."""
@@ -204,13 +204,13 @@ class Constant:
         alpha = ti.Vector([0.0, 0.0, 0.0])
         for k in ti.static(range(3)):
             e = self.friction.triangle_edge[t][k]
-            alpha[k] = self.hinges.share[e] * self.hinges.spread[e]
+            alpha[k] = self.hinges.share(e) * self.hinges.spread[e]
         return alpha
 
     @ti.func
     def _rub(self, e: int):
         """Add dry friction to the moment of an inner edge, and note its stiffness."""
-        share = self.hinges.share[e]
+        share = self.hinges.share(e)
         stuck = ti.cast(0.0, float)
         for side in range(2):
             t = self.friction.hinge_triangle[e][side]
@@ -230,7 +230,7 @@ class Constant:
     @ti.func
     def block(self, e: int, i: int, j: int, inverse_dt: float):
         """Hessian block of internal friction in hinge e between its roles i and j."""
-        stiffness = self.hinges.stiffness[e] * self.hinges.tau[e] * inverse_dt
+        stiffness = self.hinges.dragged(e, inverse_dt)
         if ti.static(self.friction.present):
             stiffness += self.friction.stuck[e]
         return self.hinges.block(e, i, j, stiffness)

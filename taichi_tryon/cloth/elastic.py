@@ -35,16 +35,17 @@ class Elastic:
         self.hat = ti.Vector.field(2, float, shape=(nt, 3))
         fields.upload(self.hat, cloth.gradients)
         self.area = tables.scalars(cloth.areas)
-        self.stretch = tables.vectors(cloth.stretch)
-        self.tau = tables.scalars(cloth.damping_time)
+        self.fabric = tables.scalars(cloth.fabric)
+        # of each fabric
+        self.stretch, self.tau = tables.vectors(cloth.modulus("stretch")), tables.scalars(cloth.modulus("damping_time"))
+        self.damped = bool(cloth.modulus("damping_time").any())
         self.f1, self.f2, self.stress = (ti.Vector.field(3, float, shape=nt) for _ in range(3))
-        self.tension, self.strain, self.strain_start, self.strain_ref = (
-            ti.Vector.field(3, float, shape=nt) for _ in range(4)
-        )
-
+        self.tension, self.strain = (ti.Vector.field(3, float, shape=nt) for _ in range(2))
+        if self.damped:
+            self.strain_start, self.strain_ref = (ti.Vector.field(3, float, shape=nt) for _ in range(2))
         self.nodes = Nodes(cloth)
         self.bending = BENDING[cloth.bending](cloth, x, tables)
-        self.friction = Sliders(cloth.shear_friction[:, None], SHEAR_REACH, tables)
+        self.friction = Sliders(cloth.modulus("shear_friction")[cloth.fabric, None], SHEAR_REACH, tables)
         self.tapes = Tapes(tables, cloth.tapes, cloth.tape_lengths, cloth.tape_stiffness, x)
         # a triangle beside each segment, by which its energy is counted
         first = np.unique(cloth.triangles.ravel(), return_index=True)[1] // 3
@@ -64,8 +65,9 @@ class Elastic:
 
     def begin_step(self):
         """Remember strain and hinge angles: internal friction acts on the change since here."""
-        self._begin_step()
-        self.bending.begin_step()
+        if self.damped:
+            self._begin_step()
+            self.bending.begin_step()
 
     def end_step(self):
         """The step to the positions last evaluated is done: dry friction slips."""
@@ -94,8 +96,9 @@ class Elastic:
     def begin_stage(self, v, ahead: float, beyond: float):
         """Count strain rates as a stage of ``solver.schemes`` counts velocities: from the start of the step on,
         ``ahead`` [s] along its rates (``v`` the velocities [m/s]) and by the share ``beyond`` of the way to here."""
-        self._begin_stage(v, ahead, beyond)
-        self.bending.begin_stage(v, ahead, beyond)
+        if self.damped:
+            self._begin_stage(v, ahead, beyond)
+            self.bending.begin_stage(v, ahead, beyond)
 
     @ti.kernel
     def _begin_stage(self, v: ti.template(), ahead: float, beyond: float):
@@ -119,10 +122,12 @@ class Elastic:
     def _evaluate_strains(self, inverse_dt: float):
         for t in range(self.nt):
             f1, f2, e = self._triangle_strain(t)
-            s = membrane.stress(self.stretch[t], e)
-            drag = membrane.stress(self.stretch[t], e - self.strain_ref[t]) * (self.tau[t] * inverse_dt)
+            fabric = self.fabric[t]
+            s = membrane.stress(self.stretch[fabric], e)
+            if ti.static(self.damped):
+                s += membrane.stress(self.stretch[fabric], e - self.strain_ref[t]) * (self.tau[fabric] * inverse_dt)
             self.f1[t], self.f2[t], self.strain[t] = f1, f2, e
-            self.stress[t] = s + drag
+            self.stress[t] = s
             if ti.static(not self.nodes.present):
                 self._rub(t)
         if ti.static(self.nodes.present):
@@ -159,7 +164,8 @@ class Elastic:
     @ti.func
     def membrane_block(self, t: int, i: int, j: int, inverse_dt: float, exact: int):
         """Hessian block of triangle t's corners i and j, positive semi-definite where not ``exact``."""
-        c = self.stretch[t] * (1.0 + self.tau[t] * inverse_dt)
+        fabric = self.fabric[t]
+        c = self.stretch[fabric] * (1.0 + self.tau[fabric] * inverse_dt)
         if ti.static(self.nodes.present):
             c *= OWN
         if ti.static(self.friction.present):
@@ -171,7 +177,8 @@ class Elastic:
     @ti.func
     def node_block(self, n: int, i: int, j: int, inverse_dt: float):
         """Hessian block of node n between its members i and j."""
-        return self.nodes.block(n, i, j, 1.0 + self.tau[self.nodes.triangle[self.nodes.start[n]]] * inverse_dt)
+        fabric = self.fabric[self.nodes.triangle[self.nodes.start[n]]]
+        return self.nodes.block(n, i, j, 1.0 + self.tau[fabric] * inverse_dt)
 
     @ti.kernel
     def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):
@@ -179,13 +186,17 @@ class Elastic:
             low, high = fields.chunk_bounds(chunk, last - first)
             total = ti.Vector([0.0, 0.0, 0.0, 0.0], ti.f64)
             for t in range(first + low, first + high):
-                e, c = self.strain[t], self.stretch[t]
-                change = e - self.strain_ref[t]
-                density, dragged = membrane.density(c, e), membrane.density(c, change)
+                e, c = self.strain[t], self.stretch[self.fabric[t]]
+                density = membrane.density(c, e)
                 if ti.static(self.nodes.present):
                     density = self.nodes.density(t, c, e, self.nodes.strain)
-                    dragged = self.nodes.density(t, c, change, self.nodes.change)
-                drag = self.tau[t] * inverse_dt * dragged.sum()
+                drag = ti.cast(0.0, float)
+                if ti.static(self.damped):
+                    change = e - self.strain_ref[t]
+                    dragged = membrane.density(c, change)
+                    if ti.static(self.nodes.present):
+                        dragged = self.nodes.density(t, c, change, self.nodes.change)
+                    drag = self.tau[self.fabric[t]] * inverse_dt * dragged.sum()
                 stretch, shear = density[0], density[1]
                 if ti.static(self.friction.present):
                     shear += self.friction.potential(t, self._shear(t))
@@ -203,7 +214,8 @@ class Elastic:
                     if first <= self.tape_triangle[k] < last:
                         total[0] += self.tapes.energy(k)
             total[2] += self.bending.energy(chunk, first, last)
-            total[3] += self.bending.drag_energy(chunk, inverse_dt, first, last)
+            if ti.static(self.damped):
+                total[3] += self.bending.drag_energy(chunk, inverse_dt, first, last)
             for k in ti.static(range(4)):
                 sums[chunk, k] = total[k]
 

@@ -20,31 +20,36 @@ class Hinges:
     """The ``count`` edges of a Cloth at positions ``x`` (nv vectors), borders among them, which have none.
 
     ``spread`` (see ``bending``) and its ``slope`` at the four vertices [1/m] are as last measured; a law sets
-    ``moment`` [N m]. ``stiffness`` (ne,) [N m] is that of a spread with the edge's rotation held.
+    ``moment`` [N m]. ``clamp`` (ne,) are the Cloth's ``edge_clamps``; ``stiffness`` (ne,) [N m], from its
+    ``edge_stiffness``, is that of a spread with the edge's rotation held. Undamped, it has no rate.
     """
 
-    def __init__(self, cloth: Cloth, x, tables: fields.Tables):
+    def __init__(self, cloth: Cloth, edge_stiffness: np.ndarray, x, tables: fields.Tables):
         self.count, self.x = len(cloth.hinges), x
         self.vertex = tables.vectors(cloth.hinges)
-        # a triangle beside each, by which its energy is counted
-        self.triangle = tables.scalars(cloth.hinge_triangles[:, 0])
         diagonal, heights = np.zeros(self.count), np.full((self.count, 2), 1.0)
+        gradients, signs = cloth.gradients, cloth.edge_signs
         for k in range(3):
             edges = cloth.triangle_edges[:, k]
-            np.add.at(diagonal, edges, cloth.edge_stiffness[:, k, k])
+            np.add.at(diagonal, edges, edge_stiffness[:, k, k])
             # 1 / |gradient of the hat of corner k| is the height over edge k
-            height = LEAST_HEIGHT / np.linalg.norm(cloth.gradients[:, k], axis=1)
-            heights[edges, np.where(cloth.edge_signs[:, k] > 0, 0, 1)] = height
+            height = LEAST_HEIGHT / np.linalg.norm(gradients[:, k], axis=1)
+            heights[edges, np.where(signs[:, k] > 0, 0, 1)] = height
         # on the border of a clamp the whole spread is that of the triangle which can bend
-        share = np.where(cloth.edge_clamps == 0, 0.5, 1.0)
+        clamps = cloth.edge_clamps
+        share = np.where(clamps == 0, 0.5, 1.0)
         interior = cloth.hinge_triangles[:, 1] >= 0
-        self.share = tables.scalars(share)
+        self.clamp = tables.scalars(clamps)
         self.stiffness = tables.scalars(np.where(interior, share * share * diagonal, 0.0))
-        self.tau = tables.scalars(cloth.damping_time[cloth.hinge_triangles[:, 0]])
+        damping = cloth.modulus("damping_time")
+        self.damped = bool(damping.any())
         self.least_height = tables.vectors(heights)
-        self.spread, self.spread_start, self.spread_ref, self.moment = (
-            ti.field(float, shape=self.count) for _ in range(4)
-        )
+        self.spread, self.moment = (ti.field(float, shape=self.count) for _ in range(2))
+        if self.damped:
+            # a triangle beside each, by which its energy is counted
+            self.triangle = tables.scalars(cloth.hinge_triangles[:, 0])
+            self.tau = tables.scalars(damping[cloth.fabric[cloth.hinge_triangles[:, 0]]])
+            self.spread_start, self.spread_ref = (ti.field(float, shape=self.count) for _ in range(2))
         self.slope = ti.Vector.field(3, float, shape=(self.count, 4))
         held = np.flatnonzero(cloth.hinges.ravel() >= 0)
         start, order = fields.group(cloth.hinges.ravel()[held], cloth.vertex_count)
@@ -54,6 +59,14 @@ class Hinges:
     def inner(self, e: int):
         """Whether edge e has a triangle on each side."""
         return self.vertex[e][3] >= 0
+
+    @ti.func
+    def share(self, e: int) -> float:
+        """The part of edge e's spread that is a bendable triangle's beside it."""
+        result = ti.cast(0.5, float)
+        if self.clamp[e] != 0:
+            result = 1.0
+        return result
 
     @ti.func
     def _spread(self, e: int):
@@ -100,9 +113,20 @@ class Hinges:
                 self.spread_ref[e] = self.spread_start[e] + ahead * rate + beyond * change
 
     @ti.func
+    def dragged(self, e: int, inverse_dt: float) -> float:
+        """Stiffness [N m] of internal friction in edge e."""
+        stiffness = ti.cast(0.0, float)
+        if ti.static(self.damped):
+            stiffness = self.stiffness[e] * self.tau[e] * inverse_dt
+        return stiffness
+
+    @ti.func
     def drag(self, e: int, inverse_dt: float) -> float:
         """Moment [N m] of internal friction in edge e."""
-        return self.stiffness[e] * self.tau[e] * inverse_dt * (self.spread[e] - self.spread_ref[e])
+        moment = ti.cast(0.0, float)
+        if ti.static(self.damped):
+            moment = self.stiffness[e] * self.tau[e] * inverse_dt * (self.spread[e] - self.spread_ref[e])
+        return moment
 
     @ti.func
     def drag_energy(self, chunk: int, inverse_dt: float, first: int, last: int):

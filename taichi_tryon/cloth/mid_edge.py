@@ -25,24 +25,21 @@ class MidEdge:
 
     def __init__(self, cloth: Cloth, x, tables: fields.Tables):
         self.nt, self.ne = len(cloth.triangles), len(cloth.hinges)
-        self.hinges = Hinges(cloth, x, tables)
+        stiffness = cloth.edge_stiffness
+        self.hinges = Hinges(cloth, stiffness, x, tables)
         self.hinge_triangle = tables.vectors(cloth.hinge_triangles)
-        self.triangle_edge = tables.vectors(cloth.triangle_edges)
-        self.edge_sign = tables.vectors(cloth.edge_signs)
-        self.stiffness = tables.matrices(cloth.edge_stiffness)
-        diagonal = np.bincount(
-            cloth.triangle_edges.ravel(), np.einsum("tkk->tk", cloth.edge_stiffness).ravel(), self.ne
-        )
+        self.triangle_edge = tables.vectors(seen(cloth.triangle_edges, cloth.edge_signs))
+        self.stiffness = tables.matrices(stiffness)
+        diagonal = np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stiffness).ravel(), self.ne)
         self.friction = BendingFriction(cloth, tables)
         if self.friction.present:
             # a bound of the stiffness, whatever slips: with it the iteration for the rotations never diverges
             stuck = stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
             diagonal += np.bincount(cloth.triangle_edges.ravel(), np.einsum("tkk->tk", stuck).ravel(), self.ne)
-        self.clamp = tables.scalars(cloth.edge_clamps)
         self.rotation_diagonal = tables.scalars(np.where(cloth.edge_clamps == 0, diagonal, np.inf))
-        around, by_rotation, by_spread = _couplings(cloth)
+        around, by_rotation, by_spread = _couplings(cloth, stiffness)
         self.around = tables.vectors(around)
-        self.by_rotation, self.by_spread = tables.vectors(by_rotation), tables.vectors(by_spread)
+        self.by_rotation, self.by_spread = tables.vectors(by_rotation), tables.scalars(by_spread)
         self.load = ti.field(float, shape=self.ne)
         self.rotation = ti.field(float, shape=(2, self.ne))
         self.rotation_step = ti.field(float, shape=self.ne)
@@ -93,8 +90,8 @@ class MidEdge:
         """alpha: how far the normals of the three edges lean outward from the normal of triangle t."""
         alpha = ti.Vector([0.0, 0.0, 0.0])
         for k in ti.static(range(3)):
-            e = self.triangle_edge[t][k]
-            alpha[k] = 0.5 * self.hinges.spread[e] + self.edge_sign[t][k] * self.rotation[buffer, e]
+            e, sign = edge_and_sign(self.triangle_edge[t][k])
+            alpha[k] = 0.5 * self.hinges.spread[e] + sign * self.rotation[buffer, e]
         return alpha
 
     @ti.func
@@ -104,7 +101,7 @@ class MidEdge:
         m = self.stiffness[t] @ alpha
         moment = ti.cast(0.0, float)
         for k in ti.static(range(3)):
-            if self.triangle_edge[t][k] == e:
+            if edge_and_sign(self.triangle_edge[t][k])[0] == e:
                 moment = m[k]
         if ti.static(self.friction.present):
             moment += self.friction.at_edge(t, e, alpha)[0]
@@ -114,17 +111,19 @@ class MidEdge:
     def _measure(self, e: int):
         if self.hinges.inner(e):
             self.hinges.measure(e)
-            if self.clamp[e] != 0:
+            if self.hinges.clamp[e] != 0:
                 # the edge's normal is that of the clamped triangle
                 for buffer in range(2):
-                    self.rotation[buffer, e] = -0.5 * self.clamp[e] * self.hinges.spread[e]
+                    self.rotation[buffer, e] = -0.5 * self.hinges.clamp[e] * self.hinges.spread[e]
 
     @ti.func
     def _load(self, e: int):
         """The part of the energy's derivative with respect to rotation e that the spreads make."""
-        total = self.by_spread[e][0] * self.hinges.spread[e]
+        total = self.by_spread[e] * self.hinges.spread[e]
         for k in ti.static(range(4)):
-            total += self.by_spread[e][1 + k] * self.hinges.spread[self.around[e][k]]
+            other, sign = edge_and_sign(self.around[e][k])
+            # half a spread leans outward on both sides
+            total += 0.5 * sign * self.by_rotation[e][1 + k] * self.hinges.spread[other]
         self.load[e] = total
 
     @ti.func
@@ -132,15 +131,16 @@ class MidEdge:
         """One Chebyshev sweep on edge rotation e, from buffer ``source`` to the other one."""
         slope = self.load[e] + self.by_rotation[e][0] * self.rotation[source, e]
         for k in ti.static(range(4)):
-            slope += self.by_rotation[e][1 + k] * self.rotation[source, self.around[e][k]]
+            slope += self.by_rotation[e][1 + k] * self.rotation[source, edge_and_sign(self.around[e][k])[0]]
         if ti.static(self.friction.present):
             for side in range(2):
                 t = self.hinge_triangle[e][side]
                 if t >= 0:
                     sign = 0
                     for k in ti.static(range(3)):
-                        if self.triangle_edge[t][k] == e:
-                            sign = self.edge_sign[t][k]
+                        other, side_sign = edge_and_sign(self.triangle_edge[t][k])
+                        if other == e:
+                            sign = side_sign
                     slope += sign * self.friction.at_edge(t, e, self._leans(t, source))[0]
         step = keep * self.rotation_step[e] - add * slope / self.rotation_diagonal[e]
         self.rotation_step[e] = step
@@ -151,14 +151,14 @@ class MidEdge:
         if self.hinges.inner(e):
             total = self.hinges.drag(e, inverse_dt)
             for side in range(2):
-                total += self.hinges.share[e] * self._edge_moment(self.hinge_triangle[e][side], e)
+                total += self.hinges.share(e) * self._edge_moment(self.hinge_triangle[e][side], e)
             self.hinges.moment[e] = total
             if ti.static(self.friction.present):
                 stuck = ti.cast(0.0, float)
                 for side in range(2):
                     t = self.hinge_triangle[e][side]
                     stuck += self.friction.at_edge(t, e, self._leans(t, 0))[1]
-                self.friction.stuck[e] = self.hinges.share[e] ** 2 * stuck
+                self.friction.stuck[e] = self.hinges.share(e) ** 2 * stuck
 
     @ti.func
     def force(self, i: int):
@@ -168,7 +168,9 @@ class MidEdge:
     @ti.func
     def block(self, e: int, i: int, j: int, inverse_dt: float):
         """Hessian block of hinge e between its roles i and j, edge rotations held (Gauss-Newton)."""
-        stiffness = self.hinges.stiffness[e] * (1.0 + self.hinges.tau[e] * inverse_dt)
+        stiffness = self.hinges.stiffness[e]
+        if ti.static(self.hinges.damped):
+            stiffness *= 1.0 + self.hinges.tau[e] * inverse_dt
         if ti.static(self.friction.present):
             stiffness += self.friction.stuck[e]
         return self.hinges.block(e, i, j, stiffness)
@@ -200,23 +202,36 @@ class MidEdge:
         self.friction.restore(state)
 
 
-def _couplings(cloth: Cloth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Around each edge the four others (ne, 4) of its triangles, itself where there are fewer; and what rotations, or
-    spreads, of itself and of those add to the derivative of the energy with respect to its rotation, two times
-    (ne, 5) [N m]."""
+def seen(edges: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """Edges, and the signs with which a triangle sees their rotations, in one number each."""
+    return 2 * edges + (signs < 0)
+
+
+@ti.func
+def edge_and_sign(number: int):
+    """What ``seen`` made one number of."""
+    return number >> 1, 1 - 2 * (number & 1)
+
+
+def _couplings(cloth: Cloth, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Around each edge the four others (ne, 4) of its triangles as these see them, itself where there are fewer; what
+    rotations of itself and of those (ne, 5) add to the derivative of the energy with respect to its rotation [N m]; and
+    what its own spread (ne,) does. The others' spreads do half of what their rotations do as the triangle sees them.
+    """
     ne = len(cloth.hinges)
-    around = np.repeat(np.arange(ne)[:, None], 4, axis=1)
-    by_rotation, by_spread = np.zeros((2, ne, 5))
+    around = np.repeat(2 * np.arange(ne, dtype=np.int32)[:, None], 4, axis=1)
+    by_rotation, by_spread, signs = np.zeros((ne, 5)), np.zeros(ne), cloth.edge_signs
     for side in range(2):
         e = np.flatnonzero(cloth.hinge_triangles[:, side] >= 0)
         t = cloth.hinge_triangles[e, side]
         own = np.argmax(cloth.triangle_edges[t] == e[:, None], axis=1)
         for turn in range(3):
             other = (own + turn) % 3
-            lean = cloth.edge_signs[t, own] * cloth.edge_stiffness[t, own, other]
+            lean = signs[t, own] * stiffness[t, own, other]
             place = 2 * side + turn if turn else 0
-            by_rotation[e, place] += lean * cloth.edge_signs[t, other]
-            by_spread[e, place] += 0.5 * lean
+            by_rotation[e, place] += lean * signs[t, other]
             if turn:
-                around[e, place - 1] = cloth.triangle_edges[t, other]
+                around[e, place - 1] = seen(cloth.triangle_edges[t, other], signs[t, other])
+            else:
+                by_spread[e] += 0.5 * lean
     return around, by_rotation, by_spread

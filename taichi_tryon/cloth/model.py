@@ -19,6 +19,9 @@ Bending = Literal["mid_edge", "constant"]
 # whose strain stretches the membrane: each triangle's own, or for the most part its mean around each vertex
 Membrane = Literal["plain", "nodal"]
 
+# triangles whose stiffness is made together: what that takes meanwhile is many times what is made
+AT_A_TIME = 4096
+
 
 @dataclass(frozen=True)
 class Part:
@@ -31,35 +34,30 @@ class Part:
 
 @dataclass(frozen=True)
 class Cloth:
-    """Garments joined into one set of arrays; ids count through.
+    """Garments joined into one set of arrays; ids count through. Each of the ``parts`` is of one of the ``fabrics``.
 
-    triangles (nt, 3); gradients (nt, 3, 2) of the hat functions in material coordinates [1/m]; areas (nt,) [m^2];
-    stretch (nt, 4) C11 C22 C12 C66 [N/m]; damping_time (nt,) [s]; masses (nv,) [kg].
-    hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on a border); hinge_triangles (ne, 2), -1 likewise;
-    triangle_edges (nt, 3) opposite to each corner; bend (nt, 4) D11 D22 D12 D66 [N m]; edge_stiffness (nt, 3, 3) [N m]
-    of its edges' leans; edge_rate is the range of eigenvalues that the iteration for the edge rotations has to cover;
-    bending and membrane say which laws are taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,)
-    [m] at rest, tape_stiffness (k,) [N]. shear_friction (nt,) [N/m], bend_friction (nt, 2) [N m/m]: dry friction, see
-    ``Moduli``.
+    triangles (nt, 3); rest (nt, 3, 2) [m], their corners in material coordinates; areas (nt,) [m^2]; masses (nv,)
+    [kg]; rigid (nt,) bool: which triangles cannot bend. hinges (ne, 4): x0 x1 of the edge, x2 x3 opposite (x3 = -1 on
+    a border); hinge_triangles (ne, 2), -1 likewise; triangle_edges (nt, 3) opposite to each corner; edge_rate is the
+    range of eigenvalues that the iteration for the edge rotations has to cover; bending and membrane say which laws are
+    taken. tapes (k, 2) are the ends of the segments of tape, tape_lengths (k,) [m] at rest, tape_stiffness (k,) [N].
+
+    What follows from these is made anew whenever it is asked for, and takes no memory when it is not.
     """
 
     parts: tuple[Part, ...]
+    fabrics: tuple[Moduli, ...]
     triangles: np.ndarray
-    gradients: np.ndarray
+    rest: np.ndarray
     areas: np.ndarray
-    stretch: np.ndarray
-    damping_time: np.ndarray
     masses: np.ndarray
     hinges: np.ndarray
     hinge_triangles: np.ndarray
     triangle_edges: np.ndarray
-    bend: np.ndarray
-    edge_stiffness: np.ndarray
     tapes: np.ndarray
     tape_lengths: np.ndarray
     tape_stiffness: np.ndarray
-    shear_friction: np.ndarray
-    bend_friction: np.ndarray
+    rigid: np.ndarray
     edge_rate: tuple[float, float]
     bending: Bending = "mid_edge"
     membrane: Membrane = "plain"
@@ -67,6 +65,42 @@ class Cloth:
     @property
     def vertex_count(self) -> int:
         return len(self.masses)
+
+    @property
+    def fabric(self) -> np.ndarray:
+        """(nt,) the number of each triangle's part and fabric."""
+        counts = [part.triangles.stop - part.triangles.start for part in self.parts]
+        return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+
+    def modulus(self, name: str) -> np.ndarray:
+        """(parts, ...) one of the ``Moduli`` of each fabric."""
+        return np.array([getattr(fabric, name) for fabric in self.fabrics], float)
+
+    @property
+    def gradients(self) -> np.ndarray:
+        """(nt, 3, 2) of the hat functions in material coordinates [1/m]."""
+        return hat_gradients(self.rest)
+
+    @property
+    def bend(self) -> np.ndarray:
+        """(nt, 4) D11 D22 D12 D66 [N m]."""
+        return np.where(self.rigid[:, None], 0.0, self.modulus("bend")[self.fabric])
+
+    @property
+    def bend_friction(self) -> np.ndarray:
+        """(nt, 2) dry friction on curvature along warp and weft [N m/m]."""
+        return np.where(self.rigid[:, None], 0.0, self.modulus("bend_friction")[self.fabric])
+
+    @property
+    def edge_stiffness(self) -> np.ndarray:
+        """(nt, 3, 3) [N m] of the leans of each triangle's edges."""
+        stiffness = np.empty((len(self.rest), 3, 3))
+        for part, bend in zip(self.parts, self.modulus("bend"), strict=True):
+            for first in range(part.triangles.start, part.triangles.stop, AT_A_TIME):
+                some = slice(first, min(first + AT_A_TIME, part.triangles.stop))
+                stiffness[some] = triangle_stiffness(self.rest[some], np.tile(bend, (some.stop - first, 1)))
+        stiffness[self.rigid] = 0.0
+        return stiffness
 
     @property
     def edge_signs(self) -> np.ndarray:
@@ -86,19 +120,13 @@ class Cloth:
         What is held over an area is held flat: without this the normals along its border would lean into it, and the
         cloth would bend as if it were clamped a third of a triangle further back.
         """
-        rigid = vertices[self.triangles].all(axis=1)
         # a part of the edge rotations' system has its eigenvalues between those of the whole: edge_rate still covers it
-        return replace(
-            self,
-            bend=np.where(rigid[:, None], 0.0, self.bend),
-            edge_stiffness=np.where(rigid[:, None, None], 0.0, self.edge_stiffness),
-            bend_friction=np.where(rigid[:, None], 0.0, self.bend_friction),
-        )
+        return replace(self, rigid=self.rigid | vertices[self.triangles].all(axis=1))
 
     @property
     def edge_clamps(self) -> np.ndarray:
         """(ne,): +1 where the first triangle beside an edge cannot bend, -1 where only the second cannot, else 0."""
-        rigid = np.append(~self.edge_stiffness.any(axis=(1, 2)), False)[self.hinge_triangles]
+        rigid = np.append(self.rigid, False)[self.hinge_triangles]
         return np.where(rigid[:, 0], 1, np.where(rigid[:, 1], -1, 0))
 
     @staticmethod
@@ -114,30 +142,26 @@ class Cloth:
             parts.append(Part(mesh.name, slice(v, v + mesh.vertex_count), slice(t, t + nt)))
             rows.append(
                 (
-                    mesh.triangles + v,
-                    hat_gradients(mesh.rest),
+                    mesh.triangles + v if v else mesh.triangles,
+                    mesh.rest,
                     mesh.areas,
-                    np.tile(moduli.stretch, (nt, 1)),
-                    np.full(nt, moduli.damping_time),
                     np.bincount(mesh.triangles.ravel(), np.repeat(mesh.areas * moduli.mass / 3, 3), mesh.vertex_count),
                     np.where(hinges < 0, -1, hinges + v),
                     np.where(beside < 0, -1, beside + t),
                     np.roll(mesh.topology.triangle_edges, -1, axis=1) + e,
-                    np.tile(moduli.bend, (nt, 1)),
-                    triangle_stiffness(mesh.rest, np.tile(moduli.bend, (nt, 1))),
                     mesh.tapes.vertices + v,
                     mesh.tapes.lengths,
                     mesh.tapes.stiffness,
-                    np.full(nt, moduli.shear_friction),
-                    np.tile(moduli.bend_friction, (nt, 1)),
+                    np.zeros(nt, bool),
                 )
             )
             v, t, e = v + mesh.vertex_count, t + nt, e + ne
-        arrays = [np.concatenate(column) for column in zip(*rows, strict=True)]
+        # one garment's arrays are shared with its mesh
+        arrays = [np.concatenate(column) if len(column) > 1 else column[0] for column in zip(*rows, strict=True)]
         rows.clear()
-        stuck = arrays[10] + stuck_stiffness(*arrays[1:3], arrays[15])
-        edge_rate = _edge_rate(arrays[8], arrays[7], arrays[10], stuck)
-        return Cloth(tuple(parts), *arrays, edge_rate=edge_rate, bending=bending, membrane=membrane)
+        fabrics = tuple(moduli for _, moduli in garments)
+        cloth = Cloth(tuple(parts), fabrics, *arrays, edge_rate=(1.0, 1.0), bending=bending, membrane=membrane)
+        return replace(cloth, edge_rate=_edge_rate(cloth))
 
 
 def _hinges(topology: Topology) -> tuple[np.ndarray, np.ndarray]:
@@ -155,21 +179,27 @@ def hat_gradients(rest: np.ndarray) -> np.ndarray:
     return np.stack([-edges[..., 1], edges[..., 0]], axis=-1) / twice_area[:, None, None]
 
 
-def _edge_rate(triangle_edges, hinge_triangles, least, greatest) -> tuple[float, float]:
-    """Smallest and greatest eigenvalue of the edge rotations' system, from the ``least`` to the ``greatest`` stiffness
-    (nt, 3, 3) that it may have, after scaling by the diagonal of the greatest."""
-    nt, ne = len(triangle_edges), len(hinge_triangles)
-    signs = np.where(hinge_triangles[triangle_edges, 0] == np.arange(nt)[:, None], 1.0, -1.0)
-    edges = triangle_edges.astype(np.int32)
-    diagonal = np.bincount(edges.ravel(), np.einsum("tkk->tk", greatest).ravel(), ne)
+def _edge_rate(cloth: Cloth) -> tuple[float, float]:
+    """Smallest and greatest eigenvalue of the edge rotations' system, from the least to the greatest stiffness
+    (nt, 3, 3) that it may have, where dry friction slips and where it sticks, after scaling by the diagonal of the
+    greatest."""
+    ne, edges, signs = len(cloth.hinges), cloth.triangle_edges, cloth.edge_signs
+    stiffness, slips = cloth.edge_stiffness, None
+    if cloth.modulus("bend_friction").any():
+        slips, stiffness = stiffness, stiffness + stuck_stiffness(cloth.gradients, cloth.areas, cloth.bend_friction)
+    diagonal = np.bincount(edges.ravel(), np.einsum("tkk->tk", stiffness).ravel(), ne)
     scale = sp.diags(1 / np.sqrt(diagonal))
     options = dict(k=1, which="LA", v0=np.ones(ne), return_eigenvectors=False)
 
     def scaled(stiffness) -> sp.csr_matrix:
-        values = stiffness * signs[:, :, None] * signs[:, None, :]
+        values = stiffness * signs[:, :, None]
+        values *= signs[:, None, :]
         places = np.repeat(edges, 3, axis=1).ravel(), np.tile(edges, 3).ravel()
         return scale @ sp.csr_matrix((values.ravel(), places), shape=(ne, ne)) @ scale
 
-    high = spla.eigsh(scaled(greatest), tol=1e-2, **options)[0]
-    low = spla.eigsh(2 * high * sp.identity(ne) - scaled(least), tol=1e-3, **options)[0]
+    greatest = scaled(stiffness)
+    least = greatest if slips is None else scaled(slips)
+    del stiffness, slips
+    high = spla.eigsh(greatest, tol=1e-2, **options)[0]
+    low = spla.eigsh(2 * high * sp.identity(ne) - least, tol=1e-3, **options)[0]
     return float(max(2 * high - low, 1e-3 * high) * 0.9), float(high * 1.05)

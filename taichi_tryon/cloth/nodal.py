@@ -91,7 +91,7 @@ class Nodes:
         self.start, self.triangle = tables.scalars(start), tables.scalars(order // 3)
         self.weight = tables.scalars((np.repeat(cloth.areas, 3) / 3)[order] / np.repeat(area, np.diff(start)))
         self.member = tables.scalars(self.members.ravel())
-        self.stretch = tables.vectors(cloth.stretch[(order // 3)[start[:-1]]])
+        self.stretch = tables.vectors(cloth.modulus("stretch")[cloth.fabric[(order // 3)[start[:-1]]]])
         tables.fill()
         self.strain, self.change, self.stress = (ti.Vector.field(3, float, shape=self.count) for _ in range(3))
         self.slope = ti.Matrix.field(3, 3, float, shape=self.members.size)
@@ -103,7 +103,8 @@ class Nodes:
         for k in range(self.start[n], self.start[n + 1]):
             t, weight = self.triangle[k], self.weight[k]
             strain += weight * law.strain[t]
-            change += weight * (law.strain[t] - law.strain_ref[t])
+            if ti.static(law.damped):
+                change += weight * (law.strain[t] - law.strain_ref[t])
             stress += weight * law.stress[t]
         self.strain[n], self.change[n], self.stress[n] = strain, change, stress
         for m in range(self.width):

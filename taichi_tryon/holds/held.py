@@ -53,7 +53,7 @@ class Holds:
     @staticmethod
     def of(holds: list[Hold], start: np.ndarray) -> Holds:
         """All ``holds`` on a cloth at ``start`` (nv, 3) [m]."""
-        leader = np.full(start.shape, -1)
+        leader = np.full(start.shape, -1, np.int16)
         for number, hold in reversed(list(enumerate(holds))):
             leader[np.ix_(hold.vertices, hold.axes)] = number
         return Holds(tuple(holds), start, leader)

@@ -31,11 +31,12 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
     else:
         points, triangles = _grid(spec, edge_length, name)
     vertex = _weld(points, spec)
+    triangles = triangles.astype(np.int32)
     angle = spec.grain_degree * DEGREE
     grain = np.tile([np.cos(angle), np.sin(angle)], (len(points), 1))
     mesh = GarmentMesh(
         name=name,
-        triangles=vertex[triangles].astype(np.int32),
+        triangles=triangles if len(vertex) == vertex.max() + 1 else vertex[triangles].astype(np.int32),
         rest=material_coordinates(points, grain)[triangles],
         panel=np.zeros(len(triangles), np.int32),
         panel_names=(PANEL,),
@@ -43,7 +44,7 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
         pattern_points=points,
         point_panel=np.zeros(len(points), np.int32),
         point_vertex=vertex.astype(np.int32),
-        point_triangles=triangles.astype(np.int32),
+        point_triangles=triangles,
         edge_points={(PANEL, side): _numbers(points, along) for side, along in sides.items()},
         tapes=Tapes.none(),
     )

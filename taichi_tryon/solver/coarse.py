@@ -60,17 +60,22 @@ class CoarseSpace:
     def _pattern(self, patch: np.ndarray, tables: fields.Tables):
         """Which blocks of the matrix make up each block of E, of the patches I <= J."""
         m = self.matrix
-        rows, columns = [m.rows, np.arange(self.nv)], [m.columns, np.arange(self.nv)]
+        parts = [m.pattern(), (np.arange(self.nv, dtype=np.int32),) * 2]
         if m.bending.constant:
-            rows.append(m.far_rows)
-            columns.append(m.far_columns)
+            parts.append((m.far_rows, m.far_columns))
         # block n of the matrix counts as n, the diagonal and the constant ones behind follow
-        rows, columns = np.concatenate(rows), np.concatenate(columns)
-        self.first_own, self.first_far = len(m.rows), len(m.rows) + self.nv
-        upper = np.flatnonzero(patch[rows] <= patch[columns])
-        pair = patch[rows[upper]].astype(np.int64) * self.patch_count + patch[columns[upper]]
+        self.first_own, self.first_far = len(parts[0][0]), len(parts[0][0]) + self.nv
+        rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+        parts.clear()
+        upper = np.flatnonzero(patch[rows] <= patch[columns]).astype(np.int32)
+        rows, columns = rows[upper], columns[upper]
         # a run is what a pair of patches has in one row of the matrix
-        runs, run = np.unique(pair * self.nv + rows[upper], return_inverse=True)
+        key = (patch[rows].astype(np.int64) * self.patch_count + patch[columns]) * self.nv + rows
+        del rows, columns
+        order = np.argsort(key, kind="stable")
+        key = key[order]
+        begins = np.flatnonzero(np.diff(key, prepend=-1))
+        runs = key[begins]
         keys, of_run = np.unique(runs // self.nv, return_inverse=True)
         self.pair_count = len(keys)
         self.pair_row, self.pair_column = (
@@ -79,22 +84,20 @@ class CoarseSpace:
         )
         self.pair_start = tables.scalars(fields.group(of_run, len(keys))[0])
         self.run_row = tables.scalars(runs % self.nv)
-        start, order = fields.group(run, len(runs))
-        self.run_start, self.entry = tables.scalars(start), tables.scalars(upper[order])
-        self.entry_column = tables.scalars(columns[upper[order]])
+        self.run_start, self.entry = tables.scalars(np.append(begins, len(key))), tables.scalars(upper[order])
 
     @ti.func
     def _block(self, n: int):
-        """Block of the matrix that counts as n, padded."""
-        block = ti.Vector([0.0] * 12, ti.f32)
+        """Block of the matrix that counts as n, padded, and its column."""
+        block, column = ti.Vector([0.0] * 12, ti.f32), n - self.first_own
         if n < self.first_own:
-            block = self.matrix.block[n]
+            block, column = self.matrix.block[n], self.matrix.column[n]
         elif n < self.first_far:
-            block = self.matrix.diagonal[n - self.first_own]
+            block = self.matrix.diagonal[column]
         elif ti.static(self.matrix.bending.constant):
-            value = self.matrix.far_value[n - self.first_far]
+            value, column = self.matrix.far_value[n - self.first_far], self.matrix.far_column[n - self.first_far]
             block[0], block[5], block[10] = value, value, value
-        return block
+        return block, column
 
     @ti.func
     def _run(self, run: int):
@@ -104,8 +107,8 @@ class CoarseSpace:
         """
         block, turn = ti.Vector([0.0] * 12, ti.f32), ti.Vector([0.0] * 12, ti.f32)
         for n in range(self.run_start[run], self.run_start[run + 1]):
-            j = self.entry_column[n]
-            b, free, a = self._block(self.entry[n]), self.matrix.mask[j], self.arm[j]
+            b, j = self._block(self.entry[n])
+            free, a = self.matrix.mask[j], self.arm[j]
             for k in ti.static(range(4)):
                 x, y, z = b[k] * free[0], b[4 + k] * free[1], b[8 + k] * free[2]
                 block[k], block[4 + k], block[8 + k] = block[k] + x, block[4 + k] + y, block[8 + k] + z

@@ -41,7 +41,7 @@ class ImplicitStep:
         self.nv, self.settings = cloth.vertex_count, settings
         self.x, self.v, self.a, self.x_start, self.path = (ti.Vector.field(3, float, shape=self.nv) for _ in range(5))
         # of the stage that is solved, and the velocity at which the one before ended: see schemes
-        self.x_ref, self.v_ref, self.v_stage = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
+        self.x_ref, self.v_stage = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
         # after a step without inertia, ``a`` says nothing
         self.acceleration_known = False
         # where what is held shall be at the end of a step
@@ -104,7 +104,7 @@ class ImplicitStep:
         accepted = found and error <= error_limit
         if accepted:
             self.flight.leave(self, dt * inertia)
-            self._finish(inertia / h)
+            self._finish(stage.ahead * dt, stage.beyond, inertia / h)
             self.flight.keep(self)
             self.acceleration_known = inertia > 0.0
             self.contact.end_step()
@@ -140,8 +140,12 @@ class ImplicitStep:
         for i in range(self.nv):
             start, v = self.x_start[i], self.v[i]
             self.x_ref[i] = start + ahead * v + beyond * (self.x[i] - start)
-            self.v_ref[i] = v + ahead * self.a[i] + beyond * (self.v_stage[i] - v)
-            self.potential.x_hat[i] = self.x_ref[i] + h * inertia * self.v_ref[i]
+            self.potential.x_hat[i] = self.x_ref[i] + h * inertia * self._v_ref(i, ahead, beyond)
+
+    @ti.func
+    def _v_ref(self, i: int, ahead: float, beyond: float):
+        v = self.v[i]
+        return v + ahead * self.a[i] + beyond * (self.v_stage[i] - v)
 
     @ti.kernel
     def _end_stage(self, inverse_h: float):
@@ -173,10 +177,11 @@ class ImplicitStep:
             self.x[i] += (1.0 - self.free[i]) * (self.held_at[i] - self.x[i])
 
     @ti.kernel
-    def _finish(self, inverse_h: float):
+    def _finish(self, ahead: float, beyond: float, inverse_h: float):
         for i in range(self.nv):
+            v_ref = self._v_ref(i, ahead, beyond)
             self.v[i] = (self.x[i] - self.x_ref[i]) * inverse_h
-            self.a[i] = (self.v[i] - self.v_ref[i]) * inverse_h
+            self.a[i] = (self.v[i] - v_ref) * inverse_h
 
     @ti.kernel
     def _restore(self):
@@ -199,7 +204,7 @@ class ImplicitStep:
         if schemes.SCHEMES[self.settings.scheme].order > 1:
             self.elastic.begin_stage(self.v, 0.0, 0.0)
             self._end_stage(0.0)
-        self._finish(0.0)
+        self._finish(0.0, 0.0, 0.0)
         self.fastest()
 
     def state(self) -> dict[str, np.ndarray]:
@@ -243,7 +248,7 @@ class ImplicitStep:
     def net_forces(self) -> np.ndarray:
         """(nv, 3) net force [N] on each vertex at rest where the cloth is; zero in equilibrium and where held."""
         self.balance()
-        return self.potential.force.to_numpy()
+        return self.potential.pull.to_numpy() * self.free.to_numpy()
 
     def fastest(self) -> float:
         """Greatest speed of a vertex [m/s]."""

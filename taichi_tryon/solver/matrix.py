@@ -15,13 +15,13 @@ class Matrix:
     ``padded``); a constant matrix of bending, which has one number a pair, by rows where nothing else has a block
     (``far_start``, ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held,
     else 1; what cloth lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None;
-    ``stiffness`` is the mean of each vertex's diagonal without contact.
+    ``stiffness``, where there are layers, is the mean of each vertex's diagonal without contact.
     Single precision is enough: the right-hand side is exact, and Newton corrects the step.
     """
 
     def __init__(self, elastic, contact, mass, free, layers=None):
         self.elastic, self.contact_law, self.layers, self.mass, self.free = elastic, contact, layers, mass, free
-        self.layered = layers is not None
+        self.layered, self.felt = layers is not None, len(contact.samples.areas) > 0
         self.nv = mass.shape[0]
         triangles, hinges, tapes = elastic.cloth.triangles, elastic.cloth.hinges, elastic.cloth.tapes
         samples, weights = contact.samples.vertices, contact.samples.weights
@@ -43,32 +43,50 @@ class Matrix:
         keys = np.unique(np.concatenate([np.unique(key) for law in laws for key, _ in law]))
         i, j = (part.astype(np.int32) for part in np.divmod(keys, self.nv))
         self.pair_count = len(keys)
-        self.pair_i, self.pair_j = tables.scalars(i), tables.scalars(j)
-        self._gather = []
-        while laws:  # each is let go when its pairs have been found
-            law = laws.pop(0) or [(keys[:0], i[:0])]
-            key, code = (np.concatenate(parts) for parts in zip(*law, strict=True))
-            start, order = fields.group(np.searchsorted(keys, key), self.pair_count)
-            self._gather.append((tables.scalars(start), tables.scalars(code[order])))
-        (self.membrane_start, self.membrane_code), (self.hinge_start, self.hinge_code) = self._gather[:2]
-        self.sample_start, self.sample_code = self._gather[2]
-        (self.tape_start, self.tape_code), (self.node_start, self.node_code) = self._gather[3:]
+        # of a law that has no pairs, nothing is compiled
+        self.hinged, self.sampled, self.taped = (any(len(key) for key, _ in law) for law in laws[1:4])
+        self.membrane_start, self.membrane_code = self._gathered(laws, keys, tables)
+        self.hinge_start, self.hinge_code = self._gathered(laws, keys, tables)
+        self.sample_start, self.sample_code = self._gathered(laws, keys, tables)
+        self.tape_start, self.tape_code = self._gathered(laws, keys, tables)
+        self.node_start, self.node_code = self._gathered(laws, keys, tables)
+        self._lay_out_rows(i, j, tables)
+        self._lay_out_constant(keys, tables)
+        del keys, i, j
+        tables.fill()
+        self.block = ti.Vector.field(12, ti.f32, shape=2 * self.pair_count)
+        self.diagonal = ti.Vector.field(12, ti.f32, shape=self.nv)
+        # without contact with the body, the same along all axes
+        self.row_sum = ti.Vector.field(12, ti.f32, self.nv) if self.felt else ti.field(ti.f32, self.nv)
+        # ``free`` in single precision, with a fourth entry of 0
+        self.mask = ti.Vector.field(4, ti.f32, shape=self.nv)
+        if self.layered:
+            self.stiffness = ti.field(float, shape=self.nv)
 
+    def _gathered(self, laws: list, keys: np.ndarray, tables: fields.Tables):
+        """What the first of the laws adds to each of the pairs ``keys``; the law is let go. None where it has none."""
+        law = [part for part in laws.pop(0) if len(part[0])]
+        if not law:
+            return None, None
+        key, code = (np.concatenate(parts) for parts in zip(*law, strict=True))
+        law.clear()
+        start, order = fields.group(np.searchsorted(keys, key), self.pair_count)
+        return tables.scalars(start), tables.scalars(code[order])
+
+    def _lay_out_rows(self, i: np.ndarray, j: np.ndarray, tables: fields.Tables):
+        """Put the blocks of the pairs (i, j), and of (j, i), where they lie by rows."""
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.lexsort((columns, rows))
         place = np.empty(len(order), np.int32)
         place[order] = np.arange(len(order), dtype=np.int32)
-        self.rows, self.columns = rows[order], columns[order]
         self.place_ij, self.place_ji = (tables.scalars(part) for part in np.split(place, 2))
-        self._lay_out_constant(keys, tables)
         self.row_start = tables.scalars(fields.group(rows, self.nv)[0])
-        self.column = tables.scalars(self.columns)
-        tables.fill()
-        self.block = ti.Vector.field(12, ti.f32, shape=len(self.columns))
-        self.diagonal, self.row_sum = (ti.Vector.field(12, ti.f32, shape=self.nv) for _ in range(2))
-        # ``free`` in single precision, with a fourth entry of 0
-        self.mask = ti.Vector.field(4, ti.f32, shape=self.nv)
-        self.stiffness = ti.field(float, shape=self.nv)
+        self.column = tables.scalars(columns[order])
+
+    def pattern(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns (2 pairs,) of the blocks off the diagonal."""
+        counts = np.diff(self.row_start.to_numpy())
+        return np.repeat(np.arange(self.nv, dtype=np.int32), counts), self.column.to_numpy()[: 2 * self.pair_count]
 
     def _lay_out_constant(self, keys: np.ndarray, tables: fields.Tables):
         """Put a constant matrix of bending where there are blocks, the pairs ``keys``, or by rows of its own."""
@@ -107,14 +125,15 @@ class Matrix:
                     code = self.node_code[n]
                     at = code // (width * width)
                     block += self.elastic.node_block(at, code // width % width, code % width, inverse_dt)
-            if ti.static(self.bending.hinged):
+            if ti.static(self.hinged):
                 for n in range(self.hinge_start[p], self.hinge_start[p + 1]):
                     code = self.hinge_code[n]
                     block += self.bending.block(code // 16, code // 4 % 4, code % 4, inverse_dt)
-            for n in range(self.sample_start[p], self.sample_start[p + 1]):
-                code = self.sample_code[n]
-                block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
-            if ti.static(self.elastic.tapes.count > 0):
+            if ti.static(self.sampled):
+                for n in range(self.sample_start[p], self.sample_start[p + 1]):
+                    code = self.sample_code[n]
+                    block += self.contact_law.block(code // 9, code // 3 % 3, code % 3)
+            if ti.static(self.taped):
                 for n in range(self.tape_start[p], self.tape_start[p + 1]):
                     block += self.elastic.tapes.block(self.tape_code[n] // 9)
             if ti.static(self.bending.constant):
@@ -124,17 +143,23 @@ class Matrix:
         for i in range(self.nv):
             for k in ti.static(range(3)):
                 self.mask[i][k] = ti.cast(self.free[i][k], ti.f32)
-            around, own = self.contact_law.row_sum(i)
             # elastic forces do not change when everything is shifted: their rows sum to zero
-            diagonal = self.mass[i] * inverse_dt * inverse_dt * ti.Matrix.identity(float, 3) + around
-            self.row_sum[i] = padded(diagonal)
+            inertia = self.mass[i] * inverse_dt * inverse_dt
+            diagonal, own = inertia * ti.Matrix.identity(float, 3), ti.Matrix.zero(float, 3, 3)
+            if ti.static(self.felt):
+                around, touching = self.contact_law.row_sum(i)
+                diagonal, own = diagonal + around, touching
+                self.row_sum[i] = padded(diagonal)
+            else:
+                self.row_sum[i] = ti.cast(inertia, ti.f32)
             for n in range(self.row_start[i], self.row_start[i + 1]):
                 diagonal -= unpadded(self.block[n])
             if ti.static(self.bending.constant):
                 for n in range(self.far_start[i], self.far_start[i + 1]):
                     diagonal -= ti.cast(self.far_value[n], float) * ti.Matrix.identity(float, 3)
             self.diagonal[i] = padded(diagonal)
-            self.stiffness[i] = (diagonal - own).trace() / 3.0
+            if ti.static(self.layered):
+                self.stiffness[i] = (diagonal - own).trace() / 3.0
 
     @ti.func
     def row_product(self, i: int, vector: ti.template()):
@@ -142,7 +167,11 @@ class Matrix:
         where held; zero in those rows."""
         # over differences, as elastic rows sum to zero: single precision would lose what little is left of large terms
         here = vector[i]
-        result = times(self.row_sum[i], here)
+        result = ti.Vector([0.0] * 4, ti.f32)
+        if ti.static(self.felt):
+            result = times(self.row_sum[i], here)
+        else:
+            result = self.row_sum[i] * here
         for n in range(self.row_start[i], self.row_start[i + 1]):
             result += times(self.block[n], vector[self.column[n]] - here)
         if ti.static(self.bending.constant):

@@ -17,8 +17,8 @@ class Potential:
     cloth does not feel cloth) make of it, with ``1 / inverse_dt`` [s] the length of the stage, 0 being at rest.
 
     Where the cloth has been moved, first ``evaluate``, then ask. ``x_hat`` is where it would be without forces,
-    ``pull`` the force of all but inertia and holds on each vertex [N], ``force`` that along the axes where it is
-    ``free``.
+    ``pull`` the force of all but inertia and holds on each vertex [N]; ``free`` is 0 along the axes where it is held,
+    else 1.
     """
 
     def __init__(self, x, masses: np.ndarray, free: np.ndarray, gravity, laws, tables: fields.Tables, clock):
@@ -34,7 +34,7 @@ class Potential:
         self.gravity[None] = gravity
         # share of its weight that each vertex bears
         self.bears = tables.scalars(np.ones(self.nv))
-        self.x_hat, self.pull, self.force = (ti.Vector.field(3, float, shape=self.nv) for _ in range(3))
+        self.x_hat, self.pull = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
         self.matrix = Matrix(self.elastic, self.contact, self.mass, self.free, self.layers)
         self._constant: ConstantBlocks | None = None
         self.sums = fields.sums(2)
@@ -102,10 +102,9 @@ class Potential:
             pull = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)
             if ti.static(self.layered):
                 pull += self.layers.force(i)
-            f = self.free[i] * pull
-            self.pull[i], self.force[i] = pull, f
+            self.pull[i] = pull
             drift = (self.x[i] - self.x_hat[i]) * (self.mass[i] * inverse_dt * inverse_dt)
-            b[i] = f - self.free[i] * drift
+            b[i] = self.free[i] * pull - self.free[i] * drift
 
     @ti.kernel
     def _sum_forces(self, sums: ti.types.ndarray(), b: ti.template()):
@@ -113,7 +112,8 @@ class Potential:
             low, high = fields.chunk_bounds(chunk, self.nv)
             total = ti.Vector([0.0, 0.0], ti.f64)
             for i in range(low, high):
-                total += ti.Vector([b[i].dot(b[i]), self.force[i].dot(self.force[i])], ti.f64)
+                force = self.free[i] * self.pull[i]
+                total += ti.Vector([b[i].dot(b[i]), force.dot(force)], ti.f64)
             sums[chunk, 0], sums[chunk, 1] = total[0], total[1]
 
     @ti.kernel

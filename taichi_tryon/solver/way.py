@@ -25,7 +25,9 @@ class Way:
 
     def __init__(self, x, path, contact, layers, clock):
         self.x, self.path, self.contact, self.layers, self.clock, self.nv = x, path, contact, layers, clock, x.shape[0]
-        self.base, self.goal = (ti.Vector.field(3, float, shape=self.nv) for _ in range(2))
+        self.base = ti.Vector.field(3, float, shape=self.nv)
+        if layers is not None:
+            self.goal = ti.Vector.field(3, float, shape=self.nv)
         # the part of the path at which the cloth was left, None where nobody has looked along it; whether it was there
         # when others began to move it
         self.part: float | None = None

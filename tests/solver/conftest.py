@@ -111,7 +111,7 @@ def as_sparse(unpadded):
 
     def convert(matrix) -> sp.csr_matrix:
         nv = matrix.nv
-        rows, columns = np.r_[matrix.rows, np.arange(nv)], np.r_[matrix.columns, np.arange(nv)]
+        rows, columns = (np.r_[part, np.arange(nv)] for part in matrix.pattern())
         blocks = np.concatenate([unpadded(matrix.block), unpadded(matrix.diagonal)])
         if matrix.bending.constant:
             rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]

@@ -28,7 +28,8 @@ LENGTH = 0.5
 def strip(make_sheet, moduli, floor_and_ball_field, at_rest):
     """A strip of cloth, 0.5 m long and so narrow that it swings like a pendulum of ten stiff links."""
     sheet = make_sheet(LENGTH, 0.05, 0.05)
-    cloth = Cloth.join([(sheet, moduli)])
+    # internal friction is switched on and off below
+    cloth = Cloth.join([(sheet, replace(moduli, damping_time=5e-3))])
     flat = np.column_stack([sheet.points[:, 0], np.full(len(sheet.points), 5.0), -sheet.points[:, 1]])
     stepper = ImplicitStep(cloth, floor_and_ball_field, flat, (1e7, 5e-4, 0.3), GRAVITY, CONVERGED, Stopwatch())
     return SimpleNamespace(stepper=stepper, cloth=cloth, flat=flat, held=flat[:, 0] < 1e-9, at_rest=at_rest)

@@ -46,7 +46,7 @@ def of(count: int, length: int) -> Iterator[Record]:
     clock = Stopwatch()
     matrix = Simulation(prepare(scene, clock), clock).stepper.potential.matrix
     seconds = shortest(product(matrix))
-    blocks, vertices = len(matrix.columns), matrix.nv
+    blocks, vertices = matrix.block.shape[0], matrix.nv
     moved = blocks * (BLOCK + INDEX) + vertices * (BLOCK + INDEX + 3 * VECTOR)
     operations = 2 * 9 * (blocks + vertices)
     where = {"vertices": vertices}
