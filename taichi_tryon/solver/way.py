@@ -37,7 +37,7 @@ class Way:
     def start(self) -> None:
         """From here on the cloth is moved by others."""
         if self.layers is not None:
-            self.waited = self.part is not None and self._strayed(self.part) == 0.0
+            self.waited = self.part is not None and self._strayed() == 0.0
             self._keep_base()
 
     def arrive(self) -> None:
@@ -57,7 +57,7 @@ class Way:
 
     def gone_from(self, start) -> float:
         """Farthest that any vertex is [m] from where it was at ``start``, infinite where that is not finite."""
-        self._measure(start, self.sums)
+        self._measure(start, 0.0, self.sums)
         return self._longest()
 
     def aim(self, direction, longest_move: float) -> bool:
@@ -83,6 +83,11 @@ class Way:
         excess = float(self.sums.max())
         return min(1.0, 1.0 / max(excess, 1e-30)) if excess < HUGE else 0.0
 
+    def _strayed(self) -> float:
+        """How far the cloth is [m] from where ``go`` left it."""
+        self._measure(self.base, self.part, self.sums)
+        return self._longest()
+
     def keep_apart(self, alike: bool = False) -> None:
         """Shorten the path where cloth would meet cloth; see ``ClothContact.keep_apart``."""
         with self.clock("contact"):
@@ -100,11 +105,6 @@ class Way:
     def _longest(self) -> float:
         peak = float(self.sums.max())
         return peak if peak < HUGE else np.inf
-
-    def _strayed(self, part: float) -> float:
-        """How far the cloth is [m] from that part of its path."""
-        self._stray(part, self.sums)
-        return self._longest()
 
     def along(self, force) -> float:
         """Sum of a field of forces [N] times the path [m]."""
@@ -130,21 +130,13 @@ class Way:
             peaks[chunk, 0] = peak
 
     @ti.kernel
-    def _measure(self, start: ti.template(), peaks: ti.types.ndarray()):
+    def _measure(self, origin: ti.template(), part: float, peaks: ti.types.ndarray()):
+        """How far the cloth is from a part of the path, were that from an ``origin``."""
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
             peak = ti.cast(0.0, ti.f64)
             for i in range(low, high):
-                peak = longer(peak, self.x[i] - start[i])
-            peaks[chunk, 0] = peak
-
-    @ti.kernel
-    def _stray(self, part: float, peaks: ti.types.ndarray()):
-        for chunk in range(fields.CHUNKS):
-            low, high = fields.chunk_bounds(chunk, self.nv)
-            peak = ti.cast(0.0, ti.f64)
-            for i in range(low, high):
-                peak = longer(peak, self.x[i] - (self.base[i] + part * self.path[i]))
+                peak = longer(peak, self.x[i] - (origin[i] + part * self.path[i]))
             peaks[chunk, 0] = peak
 
     @ti.kernel
