@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
-from taichi_tryon.solver.matrix import unpadded
+from taichi_tryon.solver.matrix import ORDER
 
 MODES = 6
 # vertices of a patch at least, and the number of patches over the cube root of that of the vertices at most: inverting
@@ -88,12 +88,12 @@ class CoarseSpace:
 
     @ti.func
     def _block(self, n: int):
-        """Block of the matrix that counts as n, padded, and its column."""
+        """Block of the matrix that counts as n, by columns of four with a last entry of 0, and its column."""
         block, column = ti.Vector([0.0] * 12, ti.f32), n - self.first_own
         if n < self.first_own:
-            block, column = self.matrix.block[n], self.matrix.column[n]
+            block, column = by_columns(self.matrix.block[n]), self.matrix.column[n]
         elif n < self.first_far:
-            block = self.matrix.diagonal[column]
+            block = by_columns(self.matrix.diagonal[column])
         elif ti.static(self.matrix.bending.constant):
             value, column = self.matrix.far_value[n - self.first_far], self.matrix.far_column[n - self.first_far]
             block[0], block[5], block[10] = value, value, value
@@ -101,7 +101,7 @@ class CoarseSpace:
 
     @ti.func
     def _run(self, run: int):
-        """What a run adds to E where only its columns turn: the blocks B, and the turns B [a]x, padded.
+        """What a run adds to E where only its columns turn: the blocks B, and the turns B [a]x, by columns.
 
         In single precision, as blocks are: sums over a patch, in which almost all cancels, are not.
         """
@@ -133,7 +133,7 @@ class CoarseSpace:
                 i = self.run_row[run]
                 blocks, turns = self._run(run)
                 free, left = self.matrix.free[i], cross_matrix(ti.cast(self.arm[i], float))
-                block, turn = rows_times(free, unpadded(blocks)), rows_times(free, unpadded(turns))
+                block, turn = rows_times(free, from_columns(blocks)), rows_times(free, from_columns(turns))
                 aa += block
                 ab -= turn
                 ba += left @ block
@@ -237,6 +237,21 @@ def _add(entries: ti.template(), row: int, column: int, block):
     for r in range(3):
         for c in range(3):
             entries[row + r, column + c] = entries[row + r, column + c] + ti.cast(block[r, c], ti.f32)
+
+
+@ti.func
+def by_columns(entries):
+    """A packed block by columns of four, as lanes that are all worked on alike, the fourth 0."""
+    columns = ti.Vector([0.0] * 12, ti.f32)
+    for n in ti.static(range(9)):
+        columns[ti.static(4 * ORDER[n][1] + ORDER[n][0])] = entries[n]
+    return columns
+
+
+@ti.func
+def from_columns(columns):
+    """The 3x3 block whose columns are given so."""
+    return ti.cast(ti.Matrix([[columns[4 * m + k] for m in ti.static(range(3))] for k in ti.static(range(3))]), float)
 
 
 @ti.func

@@ -8,7 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
-from taichi_tryon.solver.matrix import unpadded
+from taichi_tryon.solver.matrix import unpacked
 
 # how many threads of a CPU can invert blocks at once
 CREWS = 32
@@ -92,7 +92,7 @@ class LocalBlocks:
             for n in range(self.matrix.row_start[i], self.matrix.row_start[i + 1]):
                 j = self.matrix.column[n]
                 if self.owner[j] == c:
-                    block = unpadded(self.matrix.block[n])
+                    block = unpacked(self.matrix.block[n])
                     self._put(crew, a, self.slot[j], self.matrix.masked(i, j, block))
             if ti.static(self.matrix.bending.constant):
                 for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):

@@ -11,8 +11,8 @@ class Matrix:
     """Symmetric matrix of 3x3 blocks: mass / dt^2 + Hessian of the laws.
 
     Blocks off the diagonal lie by rows (``row_start``, ``column``, ``block``), the diagonal in ``diagonal``, the sum of
-    a whole row in ``row_sum``, all of them by columns of four, as a processor multiplies them, the fourth entry 0 (see
-    ``padded``); a constant matrix of bending, which has one number a pair, by rows where nothing else has a block
+    a whole row in ``row_sum``, all of them in the order in which a processor multiplies them (see ``packed``); a
+    constant matrix of bending, which has one number a pair, by rows where nothing else has a block
     (``far_start``, ``far_column``, ``far_value``); ``free`` (nv vectors) is 0 along the axes where a vertex is held,
     else 1; what cloth lays on cloth, whose pairs come and go, is added as it is, by the law ``layers`` or None;
     ``stiffness``, where there are layers, is the mean of each vertex's diagonal without contact.
@@ -54,10 +54,10 @@ class Matrix:
         self._lay_out_constant(keys, tables)
         del keys, i, j
         tables.fill()
-        self.block = ti.Vector.field(12, ti.f32, shape=2 * self.pair_count)
-        self.diagonal = ti.Vector.field(12, ti.f32, shape=self.nv)
+        self.block = ti.Vector.field(9, ti.f32, shape=2 * self.pair_count)
+        self.diagonal = ti.Vector.field(9, ti.f32, shape=self.nv)
         # without contact with the body, the same along all axes
-        self.row_sum = ti.Vector.field(12, ti.f32, self.nv) if self.felt else ti.field(ti.f32, self.nv)
+        self.row_sum = ti.Vector.field(9, ti.f32, self.nv) if self.felt else ti.field(ti.f32, self.nv)
         # ``free`` in single precision, with a fourth entry of 0
         self.mask = ti.Vector.field(4, ti.f32, shape=self.nv)
         if self.layered:
@@ -138,8 +138,8 @@ class Matrix:
                     block += self.elastic.tapes.block(self.tape_code[n] // 9)
             if ti.static(self.bending.constant):
                 block += self.near[p] * ti.Matrix.identity(float, 3)
-            self.block[self.place_ij[p]] = padded(block)
-            self.block[self.place_ji[p]] = padded(block.transpose())
+            self.block[self.place_ij[p]] = packed(block)
+            self.block[self.place_ji[p]] = packed(block.transpose())
         for i in range(self.nv):
             for k in ti.static(range(3)):
                 self.mask[i][k] = ti.cast(self.free[i][k], ti.f32)
@@ -149,15 +149,15 @@ class Matrix:
             if ti.static(self.felt):
                 around, touching = self.contact_law.row_sum(i)
                 diagonal, own = diagonal + around, touching
-                self.row_sum[i] = padded(diagonal)
+                self.row_sum[i] = packed(diagonal)
             else:
                 self.row_sum[i] = ti.cast(inertia, ti.f32)
             for n in range(self.row_start[i], self.row_start[i + 1]):
-                diagonal -= unpadded(self.block[n])
+                diagonal -= unpacked(self.block[n])
             if ti.static(self.bending.constant):
                 for n in range(self.far_start[i], self.far_start[i + 1]):
                     diagonal -= ti.cast(self.far_value[n], float) * ti.Matrix.identity(float, 3)
-            self.diagonal[i] = padded(diagonal)
+            self.diagonal[i] = packed(diagonal)
             if ti.static(self.layered):
                 self.stiffness[i] = (diagonal - own).trace() / 3.0
 
@@ -167,13 +167,23 @@ class Matrix:
         where held; zero in those rows."""
         # over differences, as elastic rows sum to zero: single precision would lose what little is left of large terms
         here = vector[i]
-        result = ti.Vector([0.0] * 4, ti.f32)
-        if ti.static(self.felt):
-            result = times(self.row_sum[i], here)
-        else:
-            result = self.row_sum[i] * here
+        one, other, last = ti.Vector([0.0] * 4, ti.f32), ti.Vector([0.0] * 4, ti.f32), ti.cast(0.0, ti.f32)
         for n in range(self.row_start[i], self.row_start[i + 1]):
-            result += times(self.block[n], vector[self.column[n]] - here)
+            block, vector_there = self.block[n], vector[self.column[n]] - here
+            one += first_lanes(block, vector_there)
+            other += second_lanes(block, vector_there)
+            last += block[8] * vector_there[2]
+        if ti.static(self.felt):
+            block = self.row_sum[i]
+            one += first_lanes(block, here)
+            other += second_lanes(block, here)
+            last += block[8] * here[2]
+        result = ti.Vector([0.0] * 4, ti.f32)
+        result[0] = one[0] + other[0] + other[3]
+        result[1] = one[1] + other[1] + last
+        result[2] = one[2] + other[2] + one[3]
+        if ti.static(not self.felt):
+            result += self.row_sum[i] * here
         if ti.static(self.bending.constant):
             for n in range(self.far_start[i], self.far_start[i + 1]):
                 result += self.far_value[n] * (vector[self.far_column[n]] - here)
@@ -191,34 +201,40 @@ class Matrix:
     @ti.func
     def own(self, i: int):
         """Block of vertex i with itself."""
-        result = unpadded(self.diagonal[i])
+        result = unpacked(self.diagonal[i])
         if ti.static(self.layered):
             result += self.layers.own(i)
         return result
 
 
-@ti.func
-def padded(block):
-    """A 3x3 block by columns of four in single precision, the fourth entry 0."""
-    columns = ti.Matrix.zero(ti.f32, 12, 1)
-    for m in ti.static(range(3)):
-        for k in ti.static(range(3)):
-            columns[4 * m + k, 0] = ti.cast(block[k, m], ti.f32)
-    return ti.Vector([columns[k, 0] for k in ti.static(range(12))])
+# the entries of a block in the order in which they are stored: two times four that are multiplied at once, with
+# components (0, 0, 0, 2) and (1, 1, 1, 2) of the vector, and the last one with component 2
+ORDER = ((0, 0), (1, 0), (2, 0), (2, 2), (0, 1), (1, 1), (2, 1), (0, 2), (1, 2))
 
 
 @ti.func
-def unpadded(block):
-    """The 3x3 block that is ``padded``."""
-    return ti.cast(ti.Matrix([[block[4 * m + k] for m in ti.static(range(3))] for k in ti.static(range(3))]), float)
+def packed(block):
+    """A 3x3 block as nine numbers of single precision, in ``ORDER``."""
+    return ti.Vector([ti.cast(block[k, m], ti.f32) for k, m in ti.static(ORDER)])
 
 
 @ti.func
-def times(block, vector):
-    """A padded block times a vector of four."""
-    return ti.Vector(
-        [block[k] * vector[0] + block[4 + k] * vector[1] + block[8 + k] * vector[2] for k in ti.static(range(4))]
-    )
+def unpacked(entries):
+    """The 3x3 block that is ``packed``."""
+    rows = [[entries[ti.static(ORDER.index((k, m)))] for m in ti.static(range(3))] for k in ti.static(range(3))]
+    return ti.cast(ti.Matrix(rows), float)
+
+
+@ti.func
+def first_lanes(entries, vector):
+    """The first four numbers of a packed block times the components that they meet."""
+    return ti.Vector([entries[0] * vector[0], entries[1] * vector[0], entries[2] * vector[0], entries[3] * vector[2]])
+
+
+@ti.func
+def second_lanes(entries, vector):
+    """The same of the second four."""
+    return ti.Vector([entries[4] * vector[1], entries[5] * vector[1], entries[6] * vector[1], entries[7] * vector[2]])
 
 
 def _pairs(nv: int, table: np.ndarray, owners: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.solver.implicit import ImplicitStep, StepSettings
+from taichi_tryon.solver.matrix import ORDER
 from taichi_tryon.timing import Stopwatch
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
@@ -100,19 +101,20 @@ def settings():
 
 
 @pytest.fixture(scope="session")
-def unpadded():
-    """Takes the 3x3 blocks (n, 3, 3) out of a field of padded ones."""
-    return lambda field: field.to_numpy().astype(float).reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
+def unpacked():
+    """Takes the 3x3 blocks (n, 3, 3) out of a field of packed ones."""
+    place = [ORDER.index((k, m)) for k in range(3) for m in range(3)]
+    return lambda field: field.to_numpy().astype(float)[:, place].reshape(-1, 3, 3)
 
 
 @pytest.fixture(scope="session")
-def as_sparse(unpadded):
+def as_sparse(unpacked):
     """Turns an assembled Matrix into one of SciPy's (3 nv, 3 nv), held vertices included."""
 
     def convert(matrix) -> sp.csr_matrix:
         nv = matrix.nv
         rows, columns = (np.r_[part, np.arange(nv)] for part in matrix.pattern())
-        blocks = np.concatenate([unpadded(matrix.block), unpadded(matrix.diagonal)])
+        blocks = np.concatenate([unpacked(matrix.block), unpacked(matrix.diagonal)])
         if matrix.bending.constant:
             rows, columns = np.r_[rows, matrix.far_rows], np.r_[columns, matrix.far_columns]
             far = matrix.far_value.to_numpy()[: len(matrix.far_rows), None, None]

@@ -52,10 +52,10 @@ def test_held_vertices_do_not_move(solver, stepper, as_sparse):
     assert solver.d.to_numpy().ravel() == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
 
 
-def test_block_jacobi_stops_at_the_tolerance(plain, stepper, on_the_floor, as_sparse, unpadded):
+def test_block_jacobi_stops_at_the_tolerance(plain, stepper, on_the_floor, as_sparse, unpacked):
     stepper.potential.matrix.assemble(INVERSE_DT)
     b = load(plain)
-    inverse = np.linalg.inv(unpadded(stepper.potential.matrix.diagonal))
+    inverse = np.linalg.inv(unpacked(stepper.potential.matrix.diagonal))
     matrix, counts = as_sparse(stepper.potential.matrix), []
 
     def norm(r):
