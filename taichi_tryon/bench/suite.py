@@ -54,7 +54,7 @@ SUITES = {
         "output",
         "kernels",
     ),
-    "cost": ("stages", "bandwidth", "growth", "balls"),
+    "cost": ("stages", "bandwidth", "linear", "growth", "balls"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
