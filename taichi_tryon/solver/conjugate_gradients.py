@@ -4,11 +4,12 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.solver.crew import Crew
 
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
-# vertices from which on an iteration is shared among threads
-SHARED = 20_000
+# loops of an iteration on a CPU, into how many parts each is divided, and iterations in one launch at most
+PHASES, PARTS, ITERATIONS_A_LAUNCH = 6, 64, 400
 # below this part of the start, signs are those of single precision's rounding
 ROUNDING = 1e-4
 
@@ -27,8 +28,8 @@ class ConjugateGradients:
     def __init__(self, matrix, local, coarse=None):
         self.matrix, self.local, self.coarse, self.nv = matrix, local, coarse, matrix.nv
         self.two_level = coarse is not None
-        # on a CPU the parts of a short iteration are not worth sharing out: waking threads costs what they save
-        self.alone = ti.cfg.arch == ti.cpu and (ti.cfg.cpu_max_num_threads == 1 or self.nv < SHARED)
+        cpu = ti.cfg.arch == ti.cpu
+        self.crew = Crew(ti.cfg.cpu_max_num_threads, PHASES * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
         self.b = ti.Vector.field(3, float, shape=self.nv)
         self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
         # of four entries, the fourth 0: a processor takes them at once
@@ -38,7 +39,7 @@ class ConjugateGradients:
         self.partial = ti.field(ti.f64, shape=fields.CHUNKS)
         # gamma = r.z, and what follows from it
         self.gamma, self.gamma_start, self.beta, self.step = (ti.field(ti.f64, shape=()) for _ in range(4))
-        self.going, self.indefinite = (ti.field(ti.i32, shape=()) for _ in range(2))
+        self.going, self.indefinite, self.count = (ti.field(ti.i32, shape=()) for _ in range(3))
 
     @ti.kernel
     def _begin(self):
@@ -49,25 +50,11 @@ class ConjugateGradients:
             self.d[i] = ti.Vector([0.0, 0.0, 0.0], ti.f32)
             self.p[i] = ti.Vector([0.0] * 4, ti.f32)
         self.gamma_start[None] = 0.0
-        self.going[None], self.indefinite[None] = 1, 0
+        self.going[None], self.indefinite[None], self.count[None] = 1, 0, 0
 
     @ti.kernel
     def _iterate(self, tolerance: float):
-        """One iteration, each loop of it by all threads."""
-        self._iteration(tolerance)
-
-    @ti.kernel
-    def _iterate_alone(self, tolerance: float, count: int) -> int:
-        """Up to ``count`` iterations by one thread in one launch, with the same bits; returns how many."""
-        done = 0
-        for _once in range(1):
-            while done < count and self.going[None] == 1:
-                self._iteration(tolerance)
-                done += 1
-        return done
-
-    @ti.func
-    def _iteration(self, tolerance: float):
+        """One iteration, each loop of it by all threads of a GPU."""
         if ti.static(self.two_level):
             for J in range(self.coarse.patch_count):
                 self.coarse.restrict(J, self.r)
@@ -82,9 +69,62 @@ class ConjugateGradients:
         for chunk in range(fields.CHUNKS):
             self._multiply(chunk)
         for _once in range(1):
-            self._choose_step()
+            self._choose_step(tolerance)
         for chunk in range(fields.CHUNKS):
             self._go(chunk)
+
+    @ti.kernel
+    def _iterate_together(self, tolerance: float, most: int):
+        """Up to so many iterations by the threads of a CPU, in one launch, with the same bits."""
+        for phase in range(self.crew.phases):
+            self.crew.begin(phase)
+        for turn in range(self.crew.turns):
+            if turn % fields.LEAST_TURNS == 0:
+                phase = 0
+                while phase < PHASES * most and self.going[None] == 1:
+                    self._share_iteration(turn // fields.LEAST_TURNS, phase, tolerance)
+                    phase += PHASES
+
+    @ti.func
+    def _share_iteration(self, thread: int, phase: int, tolerance: float):
+        if ti.static(self.two_level):
+            self._share(thread, phase, self._restrict, self._nothing, tolerance)
+            self._share(thread, phase + 1, self._solve_rows, self._nothing, tolerance)
+        self._share(thread, phase + 2, self._precondition, self._turn, tolerance)
+        self._share(thread, phase + 3, self._aim, self._nothing, tolerance)
+        self._share(thread, phase + 4, self._multiply, self._choose_step, tolerance)
+        self._share(thread, phase + 5, self._go, self._nothing, tolerance)
+
+    @ti.func
+    def _share(self, thread: int, phase: int, work: ti.template(), conclude: ti.template(), tolerance: float):
+        """Do this thread's share of the work on all chunks; who ends the last of them concludes."""
+        for n in range(self.crew.threads):
+            owner = (thread + n) % self.crew.threads
+            part = self.crew.take(phase, owner)
+            while part < PARTS:
+                for chunk in range(part * fields.CHUNKS // PARTS, (part + 1) * fields.CHUNKS // PARTS):
+                    work(chunk)
+                if self.crew.ends(phase):
+                    conclude(tolerance)
+                    self.crew.leave(phase)
+                part = self.crew.take(phase, owner)
+        self.crew.wait(phase)
+
+    @ti.func
+    def _nothing(self, tolerance: float):
+        pass
+
+    @ti.func
+    def _restrict(self, chunk: int):
+        low, high = fields.chunk_bounds(chunk, self.coarse.patch_count)
+        for J in range(low, high):
+            self.coarse.restrict(J, self.r)
+
+    @ti.func
+    def _solve_rows(self, chunk: int):
+        low, high = fields.chunk_bounds(chunk, self.coarse.row_blocks)
+        for b in range(low, high):
+            self.coarse.solve_rows(b)
 
     @ti.func
     def _precondition(self, chunk: int):
@@ -125,6 +165,7 @@ class ConjugateGradients:
             self.indefinite[None] = 1
         if not gamma > tolerance * tolerance * self.gamma_start[None]:
             self.going[None] = 0
+        self.count[None] += 1
         self.beta[None] = 0.0 if first else gamma / last
         self.gamma[None] = gamma
 
@@ -149,7 +190,7 @@ class ConjugateGradients:
         self.partial[chunk] = dots.sum()
 
     @ti.func
-    def _choose_step(self):
+    def _choose_step(self, tolerance: float):
         curvature = self._sum()
         if self.going[None] == 1:
             if curvature > 0.0:
@@ -184,17 +225,11 @@ class ConjugateGradients:
         self.local.update()
         if self.coarse is not None and refresh:
             self.coarse.update()
-        if self.alone:
-            count = self._iterate_alone(tolerance, max_iterations)
-        else:
-            count = self._iterate_together(tolerance, max_iterations)
+        while self.count[None] < max_iterations and self.going[None] == 1:
+            if self.crew is None:
+                for _ in range(ITERATIONS_A_LOOK):
+                    self._iterate(tolerance)
+            else:
+                self._iterate_together(tolerance, min(ITERATIONS_A_LAUNCH, max_iterations - self.count[None]))
         start = self.gamma_start[None]
-        return count, float(np.sqrt(abs(self.gamma[None]) / start)) if start > 0 else 0.0
-
-    def _iterate_together(self, tolerance: float, most: int) -> int:
-        count = 0
-        while count < most and self.going[None] == 1:
-            for _ in range(ITERATIONS_A_LOOK):
-                self._iterate(tolerance)
-            count += ITERATIONS_A_LOOK
-        return count
+        return self.count[None], float(np.sqrt(abs(self.gamma[None]) / start)) if start > 0 else 0.0
