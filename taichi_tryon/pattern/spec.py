@@ -97,7 +97,7 @@ class SeamSpec(Spec):
     ease_cm: float = Field(default=0.0, ge=0, description="how much the lengths of the two sides may differ")
     closure: Closure | None = Field(
         default=None,
-        description="a scene can leave it open; zip: closed all along; buttons: only at buttons_cm; null: sewn for good",
+        description="scenes may open it; zip: closed all along; buttons: only at buttons_cm; null: sewn for good",
     )
     buttons_cm: list[float] | None = Field(
         default=None, min_length=1, description="places of the buttons along side a, rising from its start"

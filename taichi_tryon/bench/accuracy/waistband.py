@@ -1,9 +1,9 @@
 """A waistband with two elastics presses as their stretch asks for: p = T / (R w), T the sum of all tensions round it.
 
 Reference: Laplace's law for one curvature, over the width w. T is the elastics' pull, stiffness times stretch (given as
-so many newtons at so many per cent), at the mean radius R found, and that of the cloth between them, C11 w a (a^2 - 1) /
-2 (St. Venant-Kirchhoff, C12 = 0). The body's surface feels what the garment does: pressure times area adds up to the
-same on both.
+so many newtons at so many per cent), at the mean radius R found, and that of the cloth between them,
+C11 w a (a^2 - 1) / 2 (St. Venant-Kirchhoff, C12 = 0). The body's surface feels what the garment does: pressure times
+area adds up to the same on both.
 """
 
 from __future__ import annotations
