@@ -13,11 +13,14 @@ from taichi_tryon.cloth.nodal import strains
 from taichi_tryon.contact.probe import Probe
 from taichi_tryon.dressing.check import crossings
 from taichi_tryon.output import maps
+from taichi_tryon.output.imprint import imprint, surface_vectors
 from taichi_tryon.output.observation import Inspection, Observation
 from taichi_tryon.simulation import Simulation
 
 # edge of the grid on which the skin is drawn [m]
 SKIN_SPACING = 0.01
+# over how many edges, of cloth or skin, whichever are longer, the force at a point spreads on the skin
+IMPRINT_EDGES = 1.5
 
 
 @dataclass
@@ -31,6 +34,8 @@ class Observer:
         self.probe = Probe(self.cloth.triangles, self.simulation.field, stepper.x)
         samples = stepper.contact.samples
         self.sample_vertices, self.sample_weights, self.sample_areas = samples.vertices, samples.weights, samples.areas
+        lengths = [garment.mesh.edge_lengths for garment in self.simulation.setup.garments]
+        self.reach = IMPRINT_EDGES * max(SKIN_SPACING, float(np.concatenate(lengths).mean()))
         self._pose, self._skin = None, None
 
     def skin(self) -> tuple[np.ndarray, np.ndarray]:
@@ -46,8 +51,13 @@ class Observer:
         arrays = _Arrays(self)
         return [Observation(**arrays.shown(part)) for part in self.cloth.parts]
 
+    def skin_pressure(self) -> np.ndarray:
+        """Pressure (n,) [Pa] of all garments at the vertices of the ``skin``."""
+        return _Arrays(self).imprint(np.ones(len(self.sample_areas), bool))
+
     def inspect(self) -> tuple[Inspection, list[Inspection]]:
         """The whole cloth, and every garment by itself, as the report judges them."""
+        self.simulation.stepper.balance()  # so that contact and net forces are of one instant
         arrays = _Arrays(self)
         whole = Part("all", slice(0, self.cloth.vertex_count), slice(0, len(self.cloth.triangles)))
         found = [Inspection(**arrays.shown(part), **arrays.judged(part)) for part in (whole, *self.cloth.parts)]
@@ -64,7 +74,14 @@ class _Arrays:
         self.gaps = None
         if observer.simulation.scene.body:
             self.gaps = maps.gaps(self.positions, observer.probe.gaps(), observer.skin()[0])
-        self.sample_pressures = self.stepper.contact.pressures()
+        contact = self.stepper.contact
+        count = len(observer.sample_areas)
+        self.sample_pressures = contact.pressures()
+        self.sample_normals = contact.normal.to_numpy()[:count]
+        loads = np.where(self.sample_pressures[:, None] > 0, contact.load.to_numpy()[:count], 0.0)
+        self.contact_forces = maps.vertex_forces(
+            loads, observer.sample_vertices, observer.sample_weights, self.cloth.vertex_count
+        )
         self.pressures = maps.vertex_pressure(
             self.sample_pressures,
             observer.sample_vertices,
@@ -81,6 +98,14 @@ class _Arrays:
     def net_forces(self) -> np.ndarray:
         return self.stepper.net_forces()
 
+    def imprint(self, chosen: np.ndarray) -> np.ndarray:
+        """Pressure (n,) [Pa] on the skin of the ``chosen`` (ns,) bool samples."""
+        o, pressing = self.observer, chosen & (self.sample_pressures > 0)
+        corners, weights = self.positions[o.sample_vertices[pressing]], o.sample_weights[pressing]
+        points = np.einsum("sk,ski->si", weights, corners)
+        forces = (self.sample_pressures * o.sample_areas)[pressing]
+        return imprint(points, forces, self.sample_normals[pressing], *o.skin(), o.reach)
+
     def shown(self, part: Part) -> dict:
         """The fields of an Observation."""
         v, t = part.vertices, part.triangles
@@ -91,6 +116,7 @@ class _Arrays:
             "velocities": self.velocities[v],
             "gaps": None if self.gaps is None else self.gaps[v],
             "pressures": self.pressures[v],
+            "contact_forces": self.contact_forces[v],
             "strains": {name: values[t] for name, values in self.strains.items()},
         }
 
@@ -100,6 +126,7 @@ class _Arrays:
         depths, inside, samples = (values[t] for values in self.penetration)
         first = self.observer.sample_vertices[:, 0]
         of_part = (first >= v.start) & (first < v.stop)
+        pushes = (self.sample_pressures * self.observer.sample_areas)[of_part]
         gravity = np.array(self.observer.simulation.scene.gravity_m_s2)
         net_forces = self.net_forces[v]  # evaluates the laws that the energies are read from
         energies = dict(zip(("stretch", "shear", "bend"), self.stepper.elastic.energies(triangles=t)[:3], strict=True))
@@ -111,6 +138,9 @@ class _Arrays:
             "samples": samples,
             "contact_pressures": self.sample_pressures[of_part],
             "contact_areas": self.observer.sample_areas[of_part],
+            "normal_force": pushes @ self.sample_normals[of_part],
+            "skin_pressures": self.imprint(of_part),
+            "skin_areas": surface_vectors(*self.observer.skin())[0],
             "energies": {**energies, "gravity": -float(self.cloth.masses[v] @ (self.positions[v] @ gravity))},
             "crossings": crossings(self.positions[v], self.cloth.triangles[t] - v.start),
         }

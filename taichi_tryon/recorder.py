@@ -20,6 +20,7 @@ MAPS = {
     "strain_weft": ("strain_weft_percent", "weft strain [%]", True),
     "shear": ("shear_degree", "shear [degree]", True),
     "pressure": ("pressure_kPa", "pressure [kPa]", False),
+    "body_pressure": ("body_pressure_kPa", "pressure on the body [kPa]", False),
     "gap": ("gap_mm", "gap [mm]", False),
 }
 
@@ -72,9 +73,11 @@ class Recorder:
         seen = self.observer.observe()
         frames = [self._frame(part, index) for index, part in enumerate(seen)]
         skin = self.observer.skin()
-        moved = skin is not self._written_skin
+        pressed = self.options.body_pressure
+        moved = pressed or skin is not self._written_skin
         new_skin = skin if moved and len(skin[1]) else None
-        self.frames.write(self.index, simulation.progress.time, frames, new_skin, self._skin_frame)
+        on_skin = {"pressure_kPa": self.observer.skin_pressure() / 1000} if pressed else None
+        self.frames.write(self.index, simulation.progress.time, frames, new_skin, self._skin_frame, on_skin)
         if moved:
             self._written_skin, self._skin_frame = skin, self.index if new_skin else None
         if self.options.images or self.options.video:
@@ -85,7 +88,11 @@ class Recorder:
 
     def _frame(self, seen: Observation, index: int) -> GarmentFrame:
         mesh = self.setup.garments[index].mesh
-        points = {"velocity_m_s": seen.velocities, "pressure_kPa": seen.pressures / 1000}
+        points = {
+            "velocity_m_s": seen.velocities,
+            "pressure_kPa": seen.pressures / 1000,
+            "contact_force_N": seen.contact_forces,
+        }
         if seen.gaps is not None:
             points["gap_mm"] = seen.gaps / MM
         return GarmentFrame(
@@ -120,12 +127,18 @@ class Recorder:
 
     def _draw_map(self, name: str, seen: list[Observation]) -> None:
         key, title, diverging = MAPS[name]
-        frames = [self._frame(part, index) for index, part in enumerate(seen)]
-        per_triangle = key in frames[0].cell_data
-        values = [(frame.cell_data if per_triangle else frame.point_data)[key] for frame in frames]
-        scale = Scale.fitting(title, np.concatenate(values), diverging)
         body = self.observer.skin()
-        shapes = [skin(*body)] if len(body[1]) else []
-        for frame, value in zip(frames, values, strict=True):
-            shapes.append(value_map(frame.positions, frame.triangles, value, scale, per_triangle))
+        if name == "body_pressure":
+            values = self.observer.skin_pressure() / 1000
+            scale = Scale.from_zero(title, values)
+            shapes = [skin(*body, scale.colors(values))]
+        else:
+            frames = [self._frame(part, index) for index, part in enumerate(seen)]
+            per_triangle = key in frames[0].cell_data
+            values = [(frame.cell_data if per_triangle else frame.point_data)[key] for frame in frames]
+            every = np.concatenate(values)
+            scale = Scale.from_zero(title, every) if name == "pressure" else Scale.fitting(title, every, diverging)
+            shapes = [skin(*body)] if len(body[1]) else []
+            for frame, value in zip(frames, values, strict=True):
+                shapes.append(value_map(frame.positions, frame.triangles, value, scale, per_triangle))
         self.pictures.take_map(name, shapes, title, scale)

@@ -16,6 +16,7 @@ from taichi_tryon.errors import DressingError
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.holds.held import Hold, Holds
 from taichi_tryon.mesh.garment import GarmentMesh, build
+from taichi_tryon.pattern.changes import changed, joined
 from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
 from taichi_tryon.sheet.mesh import sheet_mesh
@@ -118,7 +119,7 @@ def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray)
 
 def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray, layer: int) -> Garment:
     with clock("mesh"):
-        pattern = Pattern.from_spec(spec.pattern)
+        pattern = changed(Pattern.from_spec(spec.pattern), spec.open, spec.bands)
         mesh = build(pattern, edge_length, spec.name)
     with clock("dressing"):
         dressed = dress(pattern, mesh, spec.dressing, body, transforms, layer)
@@ -127,6 +128,6 @@ def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transform
 
 def _placed(spec: GarmentSpec, edge_length: float, clock) -> Garment:
     with clock("mesh"):
-        mesh = sheet_mesh(spec.sheet, edge_length, spec.name)
+        mesh = sheet_mesh(spec.sheet, edge_length, spec.name, joined((), spec.bands))
     positions, velocities = place(spec.sheet, mesh)
     return Garment(spec, mesh, Dressed(positions, (), ()), velocities)

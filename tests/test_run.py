@@ -21,6 +21,8 @@ QUALITY = {
     "gap_mm",
     "contact_area_percent",
     "pressure_kPa",
+    "body_pressure_kPa",
+    "contact_force_N",
     "energy_J",
     "crossing_triangle_pairs",
 }
@@ -55,6 +57,8 @@ FIELDS = {
     "quality.shear_degree": {"p99", "max"},
     "quality.gap_mm": {"p50", "p95", "max"},
     "quality.pressure_kPa": {"p50", "p95", "max"},
+    "quality.body_pressure_kPa": {"p50", "p95", "max"},
+    "quality.contact_force_N": {"normal", "friction"},
     "quality.energy_J": {"stretch", "shear", "bend", "gravity"},
     "garments": {"cone"},
     "garments.cone": QUALITY | {"fit_mm"},

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +10,14 @@ import pytest
 from taichi_tryon.body.density import gap
 from taichi_tryon.cloth.hysteresis import SHEAR_REACH
 from taichi_tryon.errors import RunError, StepFailure
+from taichi_tryon.observe import Observer
+from taichi_tryon.scene.load import load_scene
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
 from taichi_tryon.timing import Stopwatch
+
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +176,21 @@ def test_the_scene_chooses_the_law_of_bending(simulation, make_cone_scene):
     data["mesh"]["bending"] = "constant"
     assert prepare(SceneSpec.model_validate_json(json.dumps(data)), Stopwatch()).cloth.bending == "constant"
     assert simulation.setup.cloth.bending == "mid_edge"
+
+
+def test_a_loose_tube_stays_up_by_its_elastics_alone():
+    """On an upright cylinder, nothing pinned, it would fall by 5 cm: friction where the elastics press carries it."""
+    changes = ["gravity_m_s2=[0, 0, -9.81]", "contact.friction=0.3", "garments.0.holds={}", "mesh.edge_length_mm=10",
+               "garments.0.sheet.size_cm=[31.9, 4]", "garments.0.sheet.tube_radius_cm=5.077", "drape.duration_s=0.1",
+               "settle.residual=1e-2"]  # fmt: skip
+    scene = load_scene(ROOT / "configs/validation/waistband.yaml", changes)
+    clock = Stopwatch()
+    simulation = Simulation(prepare(scene, clock), clock)
+    while not simulation.finished:
+        simulation.advance()
+    moved = (simulation.stepper.x.to_numpy() - simulation.setup.positions)[:, 2].mean()
+    assert simulation.settled and abs(moved) < 1e-3
+    weight = simulation.setup.cloth.masses.sum() * 9.81
+    seen, _ = Observer(simulation).inspect()
+    assert seen.contact_forces.sum(axis=0)[2] == pytest.approx(weight, rel=0.02)
+    assert 0.3 * (seen.contact_pressures @ seen.contact_areas) > weight

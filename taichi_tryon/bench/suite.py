@@ -32,6 +32,7 @@ SUITES = {
         "sphere",
         "incline",
         "tube",
+        "waistband",
         "capstan",
         "flight",
         "swing",

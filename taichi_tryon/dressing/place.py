@@ -15,7 +15,7 @@ from taichi_tryon.dressing.check import body_gaps
 from taichi_tryon.dressing.disks import disk_frame, make_disk
 from taichi_tryon.dressing.join import join
 from taichi_tryon.dressing.panel_map import PanelMap, map_panel
-from taichi_tryon.dressing.relax import clear, draw_together, neighbour_matrix, untangle
+from taichi_tryon.dressing.relax import clear, draw_together, neighbour_matrix, part_rims, untangle
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.dressing.surface import RuledSurface, push_along_radius
 from taichi_tryon.errors import DressingError
@@ -73,6 +73,7 @@ def dress(
 
     edges, lengths = mesh.topology.edges, mesh.edge_lengths
     x = join(maps, placed, neighbour_matrix(edges, mesh.vertex_count), float(lengths.mean()))
+    x = part_rims(x, mesh.opened, edges)
     x = draw_together(x, edges, lengths, balls, clearance)
     x = clear(x, mesh.triangles, edges, balls, clearance)
     x, crossing = untangle(x, mesh.triangles, edges, balls, clearance)

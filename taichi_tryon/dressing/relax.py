@@ -19,6 +19,7 @@ SWEEPS_A_PUSH = 8
 LAST_PUSHES = 20
 UNTANGLINGS = 20
 SMOOTHINGS = 4
+RIM_GAP = 4e-3  # [m] between the two sides of an open closure
 RINGS = 2  # of triangles about a crossing that are smoothed with it
 
 
@@ -50,6 +51,19 @@ def push_out(x: np.ndarray, balls: Balls, clearance: float, samples: np.ndarray 
         np.add.at(shift, column, push * short[:, None])
         np.add.at(weight, column, short)
     return shift / np.maximum(weight, 1e-12)[:, None]
+
+
+def part_rims(x: np.ndarray, rims: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Positions (n, 3) where the vertices ``rims`` (k,) of open closures, whose two sides were laid on one line, have
+    drawn back into their own cloth."""
+    on_rim = np.zeros(len(x), bool)
+    on_rim[rims] = True
+    inner = neighbour_matrix(edges, len(x)) @ diags((~on_rim).astype(float))
+    count = np.asarray(inner.sum(axis=1)).ravel()[rims, None]
+    inward = (inner @ x)[rims] / np.maximum(count, 1) - np.where(count > 0, x[rims], 0.0)
+    result = x.copy()
+    result[rims] += RIM_GAP / 2 * inward / np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-12)
+    return result
 
 
 def draw_together(x: np.ndarray, edges: np.ndarray, length: np.ndarray, balls: Balls, clearance: float) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tryon.pattern.panel import EdgeName, Pattern
+from taichi_tryon.pattern.panel import Band, EdgeName
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +24,14 @@ class Tapes:
 
 
 def lay_tapes(
-    pattern: Pattern, points: np.ndarray, point_vertex: np.ndarray, edge_points: dict[EdgeName, np.ndarray]
+    bands: Iterable[Band], points: np.ndarray, point_vertex: np.ndarray, edge_points: dict[EdgeName, np.ndarray]
 ) -> Tapes:
     """Sew each band along its edges; a band of another length than theirs is spread evenly.
 
     points (np, 2) [m] of the flat pattern, point_vertex (np,), edge_points: the points along each edge.
     """
     parts = [Tapes.none()]
-    for band in pattern.bands:
+    for band in bands:
         pairs = np.concatenate(
             [np.stack([edge_points[name][:-1], edge_points[name][1:]], axis=1) for name in band.edges]
         )

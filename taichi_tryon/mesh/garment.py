@@ -31,7 +31,7 @@ class GarmentMesh:
     In the flat pattern: ``pattern_points`` (np, 2) [m] in the coordinates of the panel ``point_panel`` (np,), drawn
     from outside; ``point_vertex`` (np,) is the vertex each became; ``point_triangles`` (nt, 3) are the triangles in
     pattern points. ``edge_points`` gives for (panel, edge) the pattern points along the edge, in its own direction.
-    ``tapes`` are the pattern's bands.
+    ``tapes`` are the pattern's bands; ``opened`` the vertices on the rims of closures that are open.
     """
 
     name: str
@@ -46,6 +46,7 @@ class GarmentMesh:
     point_triangles: np.ndarray
     edge_points: dict[EdgeName, np.ndarray]
     tapes: Tapes
+    opened: np.ndarray
 
     def edge_vertices(self, panel: str, edge: str) -> np.ndarray:
         """Vertices along an edge of a panel, in the edge's own direction."""
@@ -110,7 +111,8 @@ def build(pattern: Pattern, edge_length: float, name: str) -> GarmentMesh:
         point_vertex=point_vertex.astype(np.int32),
         point_triangles=point_triangles.astype(np.int32),
         edge_points=edge_points,
-        tapes=lay_tapes(pattern, points, point_vertex, edge_points),
+        tapes=lay_tapes(pattern.bands, points, point_vertex, edge_points),
+        opened=_opened(edge_points, point_vertex, samples),
     )
     _ = mesh.topology  # refuses what is not a cloth
     return mesh
@@ -157,7 +159,8 @@ def _weld(
     for name, numbers in edge_points.items():
         sample = samples[name]
         if sample.seam is not None:
-            for number, knot in zip(numbers.tolist(), sample.knots.tolist(), strict=True):
+            of_seam = zip(numbers[sample.sewn].tolist(), sample.knots[sample.sewn].tolist(), strict=True)
+            for number, knot in of_seam:
                 pairs.append((first_on_knot.setdefault((sample.seam, knot), number), number))
     i, j = np.array(pairs, dtype=int).reshape(-1, 2).T
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(point_count, point_count))
@@ -167,6 +170,14 @@ def _weld(
     rank = np.empty(count, dtype=int)
     rank[np.argsort(first)] = np.arange(count)
     return rank[labels], count
+
+
+def _opened(
+    edge_points: dict[EdgeName, np.ndarray], point_vertex: np.ndarray, samples: dict[EdgeName, EdgeSamples]
+) -> np.ndarray:
+    """Vertices (k,) on edges of a seam where it is not sewn."""
+    open_ = [points[~samples[name].sewn] for name, points in edge_points.items() if samples[name].seam is not None]
+    return np.unique(point_vertex[np.concatenate([np.zeros(0, int), *open_])])
 
 
 def material_coordinates(points: np.ndarray, grain: np.ndarray) -> np.ndarray:

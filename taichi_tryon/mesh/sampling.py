@@ -16,13 +16,14 @@ MEETING_SHARE = 0.35
 class EdgeSamples:
     """Vertices along one edge in its own direction: ``fractions`` (n,) of its length, from 0 to 1.
 
-    Points of sewn edges that carry the same number ``knots`` (n,) of the same ``seam`` become one vertex; both are
-    None for an edge that stays open.
+    Points of sewn edges that carry the same number ``knots`` (n,) of the same ``seam`` become one vertex, but for those
+    that are not ``sewn`` (n,) bool, where a closure is open; all are None for an edge without a seam.
     """
 
     fractions: np.ndarray
     seam: str | None = None
     knots: np.ndarray | None = None
+    sewn: np.ndarray | None = None
 
 
 def sample_edges(pattern: Pattern, edge_length: float) -> dict[EdgeName, EdgeSamples]:
@@ -49,6 +50,11 @@ def _sample_seam(pattern: Pattern, seam: Seam, edge_length: float) -> dict[EdgeN
         corners_b = 1 - corners_b[::-1]
     reach = max(seam.ease, MEETING_SHARE * edge_length) / max(total_a, total_b)
     marks_a, marks_b = _common_marks(corners_a, corners_b, reach)
+    for mark in np.array(seam.marks) / total_a:
+        if np.abs(marks_a - mark).min() * total_a > MEETING_SHARE * edge_length:
+            at = np.searchsorted(marks_a, mark)
+            marks_b = np.insert(marks_b, at, np.interp(mark, marks_a, marks_b))
+            marks_a = np.insert(marks_a, at, mark)
 
     positions_a, positions_b = [np.zeros(1)], [np.zeros(1)]
     for step_a, step_b, from_a, from_b in zip(np.diff(marks_a), np.diff(marks_b), marks_a, marks_b, strict=False):
@@ -57,14 +63,11 @@ def _sample_seam(pattern: Pattern, seam: Seam, edge_length: float) -> dict[EdgeN
         positions_a.append(from_a + step_a * within)
         positions_b.append(from_b + step_b * within)
     positions_a, positions_b = np.concatenate(positions_a), np.concatenate(positions_b)
-    knots = np.arange(len(positions_a))
+    knots, sewn = np.arange(len(positions_a)), seam.sewn(positions_a * total_a)
+    side_a = _cut(seam.name, seam.a, corners_a, positions_a, knots, sewn)
     if seam.reversed:
-        positions_b, knots_b, corners_b = 1 - positions_b[::-1], knots[::-1], 1 - corners_b[::-1]
-    else:
-        knots_b = knots
-    return _cut(seam.name, seam.a, corners_a, positions_a, knots) | _cut(
-        seam.name, seam.b, corners_b, positions_b, knots_b
-    )
+        positions_b, corners_b, knots, sewn = 1 - positions_b[::-1], 1 - corners_b[::-1], knots[::-1], sewn[::-1]
+    return side_a | _cut(seam.name, seam.b, corners_b, positions_b, knots, sewn)
 
 
 def _common_marks(a: np.ndarray, b: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
@@ -91,7 +94,12 @@ def _common_marks(a: np.ndarray, b: np.ndarray, reach: float) -> tuple[np.ndarra
 
 
 def _cut(
-    seam: str, side: tuple[EdgeName, ...], corners: np.ndarray, positions: np.ndarray, knots: np.ndarray
+    seam: str,
+    side: tuple[EdgeName, ...],
+    corners: np.ndarray,
+    positions: np.ndarray,
+    knots: np.ndarray,
+    sewn: np.ndarray,
 ) -> dict[EdgeName, EdgeSamples]:
     """Share out the positions along a side among its edges; a corner belongs to both its edges."""
     at = np.searchsorted(positions, corners - 1e-9)
@@ -99,7 +107,7 @@ def _cut(
     for name, first, last, start, end in zip(side, at, at[1:], corners, corners[1:], strict=False):
         fractions = (positions[first : last + 1] - start) / (end - start)
         fractions[0], fractions[-1] = 0, 1
-        samples[name] = EdgeSamples(fractions, seam, knots[first : last + 1])
+        samples[name] = EdgeSamples(fractions, seam, knots[first : last + 1], sewn[first : last + 1])
     return samples
 
 

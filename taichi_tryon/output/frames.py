@@ -77,6 +77,7 @@ class FrameWriter:
         garments: Sequence[GarmentFrame],
         body: tuple[np.ndarray, np.ndarray] | None = None,
         body_of: int | None = None,
+        body_data: Mapping[str, np.ndarray] | None = None,
     ) -> list[Path]:
         """Write one frame and return its files.
 
@@ -85,6 +86,7 @@ class FrameWriter:
             time_s: simulated time.
             garments: all garments, in the scene's order; all with the same arrays.
             body: (vertices (n, 3) m, triangles (m, 3)), or None.
+            body_data: arrays over the body's vertices by name, as a garment's ``point_data``.
             body_of: without a ``body``, the earlier frame whose body is still the one to show.
 
         Raises:
@@ -94,9 +96,10 @@ class FrameWriter:
             _check(index, garment)
         parts = {"frame": _merge(index, garments)}
         if body is not None:
-            surface = GarmentFrame("body", *body)
+            surface = GarmentFrame("body", *body, body_data or {})
             _check(index, surface)
-            parts["body"] = meshio.Mesh(np.asarray(body[0]), [("triangle", np.asarray(body[1], np.int32))])
+            cells = [("triangle", np.asarray(body[1], np.int32))]
+            parts["body"] = meshio.Mesh(np.asarray(body[0]), cells, point_data=dict(surface.point_data))
 
         written = []
         for stem, mesh in parts.items():

@@ -27,6 +27,14 @@ def vertex_pressure(pressure: np.ndarray, vertices: np.ndarray, weights: np.ndar
     return total / np.maximum(np.bincount(vertices.ravel(), shares.ravel(), count), 1e-30)
 
 
+def vertex_forces(forces: np.ndarray, vertices: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
+    """Forces (nv, 3) on the vertices from those (ns, 3) at samples: vertices (ns, 3), barycentric weights (ns, 3)."""
+    corners, found = vertices.ravel(), np.zeros((count, 3))
+    for axis, f in enumerate(forces.T):
+        found[:, axis] = np.bincount(corners, (weights * f[:, None]).ravel(), count)
+    return found
+
+
 def gaps(positions: np.ndarray, near_gap: np.ndarray, skin: np.ndarray, trusted: float = 0.01) -> np.ndarray:
     """Distance of each vertex from the skin (nv,) [m], negative inside.
 

@@ -12,7 +12,7 @@ class Observation:
     """One garment, or all of them, at one instant, as a frame shows it; nv vertices, nt triangles.
 
     positions, velocities (nv, 3) [m, m/s]; gaps (nv,) [m] from the skin, None where there is no body; pressures (nv,)
-    [Pa]; strains: arrays (nt,) by name.
+    [Pa]; contact_forces (nv, 3) [N] of the body on the cloth, friction included; strains: arrays (nt,) by name.
     """
 
     name: str
@@ -21,6 +21,7 @@ class Observation:
     velocities: np.ndarray
     gaps: np.ndarray | None
     pressures: np.ndarray
+    contact_forces: np.ndarray
     strains: dict[str, np.ndarray]
 
 
@@ -30,7 +31,8 @@ class Inspection(Observation):
 
     net_forces (nv, 3) and weights (nv,) [N]; depths (nt,) [m] of the deepest point inside the body, with how many of
     the points looked at lie inside (``inside``, ``samples`` (nt,)); pressures (ns,) [Pa] and areas (ns,) [m^2] of the
-    contact samples; energies [J] by name; crossings (k, 2) pairs of triangles.
+    contact samples, the sum of both with the normals is ``normal_force`` (3,) [N]; the same on the body's surface,
+    skin_pressures (n,) and skin_areas (n,); energies [J] by name; crossings (k, 2) pairs of triangles.
     """
 
     net_forces: np.ndarray
@@ -40,5 +42,8 @@ class Inspection(Observation):
     samples: np.ndarray
     contact_pressures: np.ndarray
     contact_areas: np.ndarray
+    normal_force: np.ndarray
+    skin_pressures: np.ndarray
+    skin_areas: np.ndarray
     energies: dict[str, float]
     crossings: np.ndarray

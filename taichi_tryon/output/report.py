@@ -33,6 +33,9 @@ def quality(seen: Inspection) -> dict:
     pressure = weighted_percentiles(
         seen.contact_pressures[touching] / 1000, seen.contact_areas[touching], (50, 95, 100)
     )
+    on_skin = seen.skin_pressures > 0
+    worn = weighted_percentiles(seen.skin_pressures[on_skin] / 1000, seen.skin_areas[on_skin], (50, 95, 100))
+    friction = seen.contact_forces.sum(axis=0) - seen.normal_force
     return {
         "residual_relative": _round(np.linalg.norm(seen.net_forces) / (np.linalg.norm(seen.weights) or 1.0)),
         "speed_max_mm_s": _round(1000 * np.linalg.norm(seen.velocities, axis=1).max()),
@@ -43,6 +46,8 @@ def quality(seen: Inspection) -> dict:
         "gap_mm": gap,
         "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / seen.contact_areas.sum()),
         "pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, pressure), strict=True)),
+        "body_pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, worn), strict=True)),
+        "contact_force_N": {"normal": [*map(_round, seen.normal_force)], "friction": [*map(_round, friction)]},
         "energy_J": {name: _round(value) for name, value in seen.energies.items()},
         "crossing_triangle_pairs": int(len(seen.crossings)),
     }

@@ -39,7 +39,7 @@ def check(pattern: Pattern) -> None:
 def faults(pattern: Pattern) -> list[Fault]:
     """Every fault of a pattern: of its panels one by one, then of its seams and bands."""
     found = [fault for panel in pattern.panels.values() if panel.mirror_of is None for fault in _panel_faults(panel)]
-    return found + _seam_faults(pattern, sound=not found) + _band_faults(pattern)
+    return found + _seam_faults(pattern, sound=not found) + band_faults(pattern)
 
 
 def _panel_faults(panel: Panel) -> list[Fault]:
@@ -113,10 +113,12 @@ def _seam_faults(pattern: Pattern, sound: bool) -> list[Fault]:
                 sewn.setdefault(edge, seam.name)
         if sound and not unknown:
             found += _length_faults(pattern, seam, i) + _direction_faults(pattern, seam, i)
+            found += _button_faults(pattern, seam, i)
     return found
 
 
-def _band_faults(pattern: Pattern) -> list[Fault]:
+def band_faults(pattern: Pattern) -> list[Fault]:
+    """Every fault of a pattern's bands."""
     found = []
     names = Counter(band.name for band in pattern.bands)
     for i, band in enumerate(pattern.bands):
@@ -153,6 +155,18 @@ def _length_faults(pattern: Pattern, seam: Seam, index: int) -> list[Fault]:
         f"{seam.ease / CM:g} cm; mend the edges or state the ease by ease_cm"
     )
     return [Fault(("seams", index), message)]
+
+
+def _button_faults(pattern: Pattern, seam: Seam, index: int) -> list[Fault]:
+    length = pattern.side_length(seam.a)
+    return [
+        Fault(
+            ("seams", index, "buttons_cm", j),
+            f"seam '{seam.name}': a button at {place / CM:g} cm of a side that is {length / CM:.4g} cm long",
+        )
+        for j, place in enumerate(seam.buttons)
+        if not 0 <= place <= length
+    ]
 
 
 def _direction_faults(pattern: Pattern, seam: Seam, index: int) -> list[Fault]:

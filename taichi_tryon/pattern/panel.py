@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +13,7 @@ __all__ = ["Edge", "Panel", "Pattern", "Seam"]
 
 EdgeName = tuple[str, str]
 """An edge anywhere in a pattern: (panel, edge)."""
+Closure = Literal["zip", "buttons"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,8 @@ class Seam:
 
     Each side lists its edges in their own running order. ``reversed``: the end of ``b`` meets the start of ``a``, as
     wherever both panels are drawn from outside with loops of the same sense. ``ease`` [m] is how much the two sides'
-    lengths may differ.
+    lengths may differ. A seam may be a ``closure``: a zip, sewn where none of the ``openings``, ranges [m] along side
+    a, leaves it open; or buttons, sewn only at the places of ``buttons`` [m] along side a that are not in an opening.
     """
 
     name: str
@@ -66,13 +69,38 @@ class Seam:
     b: tuple[EdgeName, ...]
     reversed: bool = True
     ease: float = 0.0
+    closure: Closure | None = None
+    buttons: tuple[float, ...] = ()
+    openings: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def marks(self) -> tuple[float, ...]:
+        """Places [m] along side a, ends aside, where it begins or ends to be sewn."""
+        return (*self.buttons, *(end for opening in self.openings for end in opening))
+
+    def sewn(self, at: np.ndarray) -> np.ndarray:
+        """Which (n,) of rising places (n,) [m] along side a, from its start to its end, are sewn.
+
+        A button, and the end of an opening, is at the place nearest to it. An opening leaves its ends sewn, but for
+        those that are ends of the seam.
+        """
+
+        def nearest(place: float) -> int:
+            return int(np.abs(at - place).argmin())
+
+        result = np.full(len(at), self.closure != "buttons")
+        result[[nearest(button) for button in self.buttons]] = True
+        for begin, end in self.openings:
+            first, last = nearest(begin), nearest(end)
+            result[first + (first > 0) : last + (last == len(at) - 1)] = False
+        return result
 
 
 @dataclass(frozen=True)
 class Band:
     """A tape sewn along ``edges``: a waistband or elastic.
 
-    ``length`` [m] of the whole tape at rest, None: as long as the edges; ``stiffness`` [N]: tension over strain.
+    ``length`` [m] of the whole tape at rest, None: as long as the edges; ``stiffness`` [N]: tension over stretch.
     """
 
     name: str

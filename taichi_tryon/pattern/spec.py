@@ -10,7 +10,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from taichi_tryon.pattern import check
 from taichi_tryon.pattern.edge import Edge
-from taichi_tryon.pattern.panel import Band, Panel, Pattern, Seam
+from taichi_tryon.pattern.panel import Band, Closure, Panel, Pattern, Seam
 from taichi_tryon.spec import Spec, fault
 from taichi_tryon.units import CM
 
@@ -95,10 +95,26 @@ class SeamSpec(Spec):
         default="reverse", description="reverse: the end of b meets the start of a; same: start meets start"
     )
     ease_cm: float = Field(default=0.0, ge=0, description="how much the lengths of the two sides may differ")
+    closure: Closure | None = Field(
+        default=None,
+        description="scenes may open it; zip: closed all along; buttons: only at buttons_cm; null: sewn for good",
+    )
+    buttons_cm: list[float] | None = Field(
+        default=None, min_length=1, description="places of the buttons along side a, rising from its start"
+    )
+
+    @model_validator(mode="after")
+    def _buttons(self) -> SeamSpec:
+        if (self.closure == "buttons") != (self.buttons_cm is not None):
+            raise fault("closure: buttons and buttons_cm, their places, go together", "closure")
+        if self.buttons_cm is not None and sorted({*self.buttons_cm}) != self.buttons_cm:
+            raise fault("the places must rise", "buttons_cm")
+        return self
 
     def build(self) -> Seam:
         a, b = (tuple((panel, edge) for panel, edge in side) for side in (self.a, self.b))
-        return Seam(self.name, a, b, self.direction == "reverse", self.ease_cm * CM)
+        buttons = tuple(place * CM for place in self.buttons_cm or ())
+        return Seam(self.name, a, b, self.direction == "reverse", self.ease_cm * CM, self.closure, buttons)
 
 
 class BandSpec(Spec):
@@ -109,13 +125,27 @@ class BandSpec(Spec):
     length_cm: float | None = Field(
         default=None, gt=0, le=1000, description="its length at rest; null: that of the edges; shorter gathers them"
     )
-    stiffness_N: float = Field(
-        gt=0, le=1e5, description="tension over strain; a doubled band: 2 x width x tensile rigidity of its cloth"
+    stiffness_N: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e5,
+        description="tension over stretch, or else give tension_N and at_stretch_percent; a doubled band of cloth: "
+        "2 x width x tensile rigidity",
     )
+    tension_N: float | None = Field(default=None, gt=0, le=1e4, description="of an elastic: its pull ...")
+    at_stretch_percent: float | None = Field(default=None, gt=0, le=1000, description="... at this stretch")
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> BandSpec:
+        pulls = (self.tension_N is None, self.at_stretch_percent is None)
+        if pulls not in ((True, True), (False, False)) or pulls[0] == (self.stiffness_N is None):
+            raise fault(f"band '{self.name}': give stiffness_N, or tension_N with at_stretch_percent")
+        return self
 
     def build(self) -> Band:
         length = None if self.length_cm is None else self.length_cm * CM
-        return Band(self.name, tuple((panel, edge) for panel, edge in self.edges), length, self.stiffness_N)
+        stiffness = self.stiffness_N if self.tension_N is None else 100 * self.tension_N / self.at_stretch_percent
+        return Band(self.name, tuple((panel, edge) for panel, edge in self.edges), length, stiffness)
 
 
 class DraftSpec(Spec):

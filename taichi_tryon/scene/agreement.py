@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from taichi_tryon.body.spec import BodySpec, PoseSpec
 from taichi_tryon.dressing.spec import DressingSpec
+from taichi_tryon.pattern import changes
+from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
 
 Disagreement = tuple[tuple[str | int, ...], str]
@@ -39,6 +41,7 @@ def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
             if hold in holds:
                 yield ("garments", index, "holds", hold), f"{hold}: a hold of an earlier garment has this name"
             holds.add(hold)
+        yield from _changes(garment, "garments", index)
         if garment.dressing is not None:
             if scene.body is not None:
                 yield from _disks(garment.dressing, scene.body, "garments", index, "dressing")
@@ -54,8 +57,12 @@ def _without_body(scene: SceneSpec) -> Iterator[Disagreement]:
         yield ("pose",), "a scene without a body has no pose"
     elif scene.motion:
         yield ("motion",), "a scene without a body has no motion"
-    elif "gap" in scene.output.maps:
-        yield ("output", "maps", scene.output.maps.index("gap")), "a scene without a body has no gap"
+    else:
+        for index, name in enumerate(scene.output.maps):
+            if name in ("gap", "body_pressure"):
+                yield ("output", "maps", index), f"a scene without a body has no {name}"
+        if scene.output.body_pressure:
+            yield ("output", "body_pressure"), "a scene without a body has no pressure on it"
 
 
 def unknown_bones(pose: PoseSpec, body: BodySpec, *where: str | int) -> Iterator[Disagreement]:
@@ -74,6 +81,19 @@ def _disks(dressing: DressingSpec, body: BodySpec, *where: str | int) -> Iterato
             yield from _known(disk.bisects_with, body.bones, f"a bone of body {body.name}", *here, "bisects_with")
         for index, group in enumerate(disk.groups):
             yield from _known(group, body.groups, f"a ball group of body {body.name}", *here, "groups", index)
+
+
+def _changes(garment: GarmentSpec, *where: str | int) -> Iterator[Disagreement]:
+    """Closures that are opened and tapes that are sewn on where there are none, or no edges."""
+    if garment.sheet is not None:
+        for i, band in enumerate(garment.bands):
+            for j, (panel, edge) in enumerate(band.edges):
+                here = (*where, "bands", i, "edges", j)
+                yield from _known(panel, ("sheet",), "the panel of a plain sheet", *here)
+                yield from _known(edge, garment.sheet.edges, "an edge of this sheet", *here)
+    elif garment.open or garment.bands:
+        for fault in changes.faults(Pattern.from_spec(garment.pattern), garment.open, garment.bands):
+            yield (*where, *fault.place), fault.message
 
 
 def _panels(garment: GarmentSpec, *where: str | int) -> Iterator[Disagreement]:

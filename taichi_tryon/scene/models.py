@@ -11,7 +11,8 @@ from taichi_tryon.cloth.model import Bending, Membrane
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.fabric import FabricSpec
 from taichi_tryon.holds.spec import HoldSpec
-from taichi_tryon.pattern.spec import PatternSpec
+from taichi_tryon.pattern.changes import OpeningSpec
+from taichi_tryon.pattern.spec import BandSpec, PatternSpec
 from taichi_tryon.scene.references import REFERENCE
 from taichi_tryon.scene.skip import SkipSpec
 from taichi_tryon.sheet.spec import SheetSpec
@@ -20,7 +21,7 @@ from taichi_tryon.spec import Spec, fault
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=80)]
 View = Literal["front", "back", "right", "left", "top", "three_quarter"]
 FrameFormat = Literal["vtu", "obj", "ply", "stl"]
-Map = Literal["strain_warp", "strain_weft", "shear", "pressure", "gap"]
+Map = Literal["strain_warp", "strain_weft", "shear", "pressure", "body_pressure", "gap"]
 
 
 class AppearanceSpec(Spec):
@@ -42,6 +43,12 @@ class GarmentSpec(Spec):
     )
     sheet: SheetSpec | None = Field(None, description="a plain sheet instead of pattern and dressing")
     fabric: Annotated[FabricSpec, REFERENCE] = Field(description="the measured fabric")
+    open: list[OpeningSpec] = Field([], description="closures of the pattern that are left open, whole or in part")
+    bands: list[BandSpec] = Field(
+        [],
+        description="tapes sewn on besides the pattern's; one that is called as one of the pattern takes its place; on "
+        "a sheet, edges are [sheet, top] and so on",
+    )
     holds: dict[Name, HoldSpec] = Field({}, description="parts held fixed or led along a path")
     appearance: AppearanceSpec = Field(AppearanceSpec(), description="colour and checker")
 
@@ -52,6 +59,8 @@ class GarmentSpec(Spec):
                 raise fault(f"this key is required ({what}); only a plain sheet has none", key)
             if self.sheet is not None and getattr(self, key) is not None:
                 raise fault(f"a plain sheet has no {key}: leave out one of the two", "sheet")
+        if self.sheet is not None and self.open:
+            raise fault("a plain sheet has no closures", "open")
         return self
 
 
@@ -177,7 +186,12 @@ class OutputSpec(Spec):
     )
     images: bool = Field(True, description="write PNG pictures")
     video: bool = Field(True, description="write the film")
-    maps: list[Map] = Field([], description="pictures of the last frame coloured by these quantities")
+    maps: list[Map] = Field(
+        [], description="pictures of the last frame coloured by these; body_pressure: on the body, without the cloth"
+    )
+    body_pressure: bool = Field(
+        False, description="write the body's surface with every frame, with the pressure of the cloth on it"
+    )
 
     @field_validator("image_size")
     @classmethod

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from taichi_tryon.errors import PatternError
-from taichi_tryon.mesh.bands import Tapes
+from taichi_tryon.mesh.bands import lay_tapes
 from taichi_tryon.mesh.garment import GarmentMesh, material_coordinates
 from taichi_tryon.mesh.triangulate import triangulate
+from taichi_tryon.pattern.panel import Band
 from taichi_tryon.sheet.spec import SheetSpec
 from taichi_tryon.units import CM, DEGREE
 
@@ -17,12 +20,12 @@ PANEL = "sheet"
 JITTER = 0.25
 
 
-def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
+def sheet_mesh(spec: SheetSpec, edge_length: float, name: str, bands: Sequence[Band] = ()) -> GarmentMesh:
     """Mesh a sheet with triangles of about ``edge_length`` [m]; the legs of the right-angled ones have that length.
 
     Pattern points lie in the sheet's own x and y. Edges are called bottom, right, top, left of a rectangle, rim of a
     disk, side_0, side_1, ... of a polygon from its first corner. Raises PatternError where the mesher fails or squares
-    do not end on a line that the mesh is to follow.
+    do not end on a line that the mesh is to follow. ``bands`` are sewn along edges of the panel ``PANEL``.
     """
     sides = _sides(spec, edge_length)
     if spec.mesh == "delaunay":
@@ -34,6 +37,7 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
     triangles = triangles.astype(np.int32)
     angle = spec.grain_degree * DEGREE
     grain = np.tile([np.cos(angle), np.sin(angle)], (len(points), 1))
+    edge_points = {(PANEL, side): _numbers(points, along) for side, along in sides.items()}
     mesh = GarmentMesh(
         name=name,
         triangles=triangles if len(vertex) == vertex.max() + 1 else vertex[triangles].astype(np.int32),
@@ -45,8 +49,9 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
         point_panel=np.zeros(len(points), np.int32),
         point_vertex=vertex.astype(np.int32),
         point_triangles=triangles,
-        edge_points={(PANEL, side): _numbers(points, along) for side, along in sides.items()},
-        tapes=Tapes.none(),
+        edge_points=edge_points,
+        tapes=lay_tapes(bands, points, vertex, edge_points),
+        opened=np.zeros(0, int),
     )
     _ = mesh.topology  # refuses what is not a cloth
     return mesh
@@ -55,15 +60,14 @@ def sheet_mesh(spec: SheetSpec, edge_length: float, name: str) -> GarmentMesh:
 def _sides(spec: SheetSpec, edge_length: float) -> dict[str, np.ndarray]:
     """Points (k, 2) [m] along each side of the outline, both ends included; counter-clockwise but for polygons."""
     if spec.diameter_cm is not None:
-        return {"rim": _circle(spec.diameter_cm, edge_length)}
+        return {spec.edges[0]: _circle(spec.diameter_cm, edge_length)}
     if spec.size_cm is not None:
         w, h = np.array(spec.size_cm) * CM
-        corners, names = np.array([[0, 0], [w, 0], [w, h], [0, h]]), ("bottom", "right", "top", "left")
+        corners = np.array([[0, 0], [w, 0], [w, h], [0, h]])
     else:
         corners = np.array(spec.outline_cm) * CM
-        names = tuple(f"side_{i}" for i in range(len(corners)))
     lines, sides = np.array(spec.lines_cm) * CM, {}
-    for name, a, b in zip(names, corners, np.roll(corners, -1, axis=0), strict=True):
+    for name, a, b in zip(spec.edges, corners, np.roll(corners, -1, axis=0), strict=True):
         crossed = [x / w if name == "bottom" else 1 - x / w for x in lines] if name in ("bottom", "top") else []
         sides[name] = a + _shares([0.0, *sorted(crossed), 1.0], np.linalg.norm(b - a), edge_length)[:, None] * (b - a)
     return sides

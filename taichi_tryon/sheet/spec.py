@@ -64,6 +64,15 @@ class SheetSpec(Spec):
     velocity_m_s: Vector = Field([0.0, 0.0, 0.0], description="velocity at the start")
     spin_rad_s: Vector = Field([0.0, 0.0, 0.0], description="angular velocity at the start, about the centre of mass")
 
+    @property
+    def edges(self) -> tuple[str, ...]:
+        """Names of the edges of its outline."""
+        if self.diameter_cm is not None:
+            return ("rim",)
+        if self.size_cm is not None:
+            return ("bottom", "right", "top", "left")
+        return tuple(f"side_{i}" for i in range(len(self.outline_cm)))
+
     @model_validator(mode="after")
     def _one_shape(self) -> SheetSpec:
         shapes = [key for key in ("size_cm", "diameter_cm", "outline_cm") if getattr(self, key) is not None]

@@ -99,6 +99,12 @@ class Scale:
             low = -high
         return Scale(label, float(low), float(high if high > low else low + 1e-9), diverging)
 
+    @staticmethod
+    def from_zero(label: str, values: np.ndarray) -> Scale:
+        """A scale from zero that holds 99 % of the values (n,) above it, of which there may be few."""
+        above = values[values > 0]
+        return Scale(label, 0.0, float(np.percentile(above, 99)) if len(above) else 1e-9)
+
 
 def value_map(
     positions: np.ndarray, triangles: np.ndarray, values: np.ndarray, scale: Scale, per_triangle: bool = False

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from taichi_tryon.dressing.flatten import signed_areas
 from taichi_tryon.dressing.panel_map import map_panel
 from taichi_tryon.dressing.place import dress
 from taichi_tryon.errors import DressingError
+from taichi_tryon.mesh.garment import build
 
 GARMENTS = ("top_9AR", "top_dart_9AR", "trousers_9AR", "jumpsuit_9AR")
 POSES = ("standing", "arms_raised_45", "step_forward_right")
@@ -155,3 +158,18 @@ def test_row_off_the_panel_is_named(garment, refused):
     panel = spec.panels["front_l"]
     panel = panel.model_copy(update={"rows": panel.rows | {"waist": -30.0}})
     refused(spec.model_copy(update={"panels": spec.panels | {"front_l": panel}}), "panel 'front_l'.*disk 'waist'")
+
+
+@pytest.mark.parametrize("end", [0.14, 0.5])
+def test_the_sides_of_an_open_closure_start_apart(end, garment, body, transforms):
+    """Laid on one line, they would cross, and layers that cross at the start can never be parted."""
+    pattern, _, spec = garment("top_9AR")
+    seams = tuple(replace(s, openings=((0.0, end),)) if s.name == "centre_front" else s for s in pattern.seams)
+    pattern = replace(pattern, seams=seams)
+    mesh = build(pattern, 0.025, "top")
+    start = dress(pattern, mesh, spec, body, transforms("standing"))
+    assert len(crossings(start.positions, mesh.triangles)) == 0
+    left, right = (mesh.edge_vertices(panel, "centre_front") for panel in ("front_l", "front_r"))
+    left, right = (np.intersect1d(side, mesh.opened) for side in (left, right))
+    apart = np.linalg.norm(start.positions[left][:, None] - start.positions[right], axis=2)
+    assert apart.min() > 2e-3

@@ -49,6 +49,15 @@ def test_collection_names_existing_files_and_times_after_every_frame(tmp_path):
         assert float(entries[-1].attrib["timestep"]) == index / 30
 
 
+def test_the_body_carries_its_pressure(tmp_path):
+    body, writer = (np.eye(3), np.array([[0, 1, 2]])), FrameWriter(tmp_path)
+    writer.write(0, 0.0, [sheet("top")], body, body_data={"pressure_kPa": np.array([0.0, 0.5, 2.0])})
+    found = meshio.read(tmp_path / "frames" / "body_0000.vtu").point_data
+    np.testing.assert_array_equal(found["pressure_kPa"], [0, 0.5, 2])
+    with pytest.raises(RunError, match="body: pressure_kPa: 2 values where 3 belong"):
+        writer.write(1, 0.0, [sheet("top")], body, body_data={"pressure_kPa": np.zeros(2)})
+
+
 def test_resumed_run_keeps_earlier_frames_and_replaces_later_ones(tmp_path):
     writer = FrameWriter(tmp_path)
     for index in range(4):

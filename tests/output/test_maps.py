@@ -53,6 +53,14 @@ def test_pressure_at_vertices_is_a_mean_of_the_samples():
     assert shares @ found == pytest.approx(areas @ [6, 0, 12])  # the force is kept
 
 
+def test_forces_at_vertices_add_up_to_those_of_the_samples():
+    vertices, weights = np.array([[0, 0, 0], [0, 1, 1], [0, 1, 2]]), np.array([[1, 0, 0], [0.5, 0.5, 0], [1 / 3] * 3])
+    forces = np.array([[1.0, 0, 0], [0, 2, 0], [0, 0, 3]])
+    found = maps.vertex_forces(forces, vertices, weights, 4)
+    assert found == pytest.approx(np.array([[1, 1, 1], [0, 1, 1], [0, 0, 1], [0, 0, 0]]))
+    assert maps.vertex_forces(forces[:0], vertices[:0], weights[:0], 4).dtype == float
+
+
 def test_gaps_far_out_are_distances_to_the_skin():
     skin = np.array([[0, 0, 0], [1.0, 0, 0]])
     positions = np.array([[0, 0.002, 0], [0, 0.5, 0], [1, 0, -0.001], [1, 0.011, 0]])

@@ -20,6 +20,7 @@ def seen() -> Inspection:
         velocities=np.array([[0, 0, 0], [0.003, 0, 0.004], [0, 0, 0], [0, 0.001, 0]]),
         gaps=np.array([0.001, 0.002, 0.003, 0.004]),
         pressures=np.zeros(4),
+        contact_forces=np.array([[0.0, 2.0, 0.1], [0, 0.5, 0], [0, 0, 0], [0, 0, 0]]),
         strains={
             "strain_warp_percent": np.array([-2.0, 1.0]),
             "strain_weft_percent": np.array([0.5, 0.5]),
@@ -32,6 +33,9 @@ def seen() -> Inspection:
         samples=np.array([10, 20]),
         contact_pressures=np.array([0.0, 1000.0, 3000.0, 0.0]),
         contact_areas=np.array([4.0, 3.0, 1.0, 2.0]),
+        normal_force=np.array([0.0, 2.25, 0.0]),
+        skin_pressures=np.array([0.0, 500.0, 500.0, 1500.0]),
+        skin_areas=np.array([90.0, 1.0, 1.0, 1.0]),
         energies={"stretch": 1.0, "shear": 2.0, "bend": 3.0, "gravity": -4.0},
         crossings=np.zeros((2, 2), int),
     )
@@ -49,6 +53,8 @@ def test_quality(seen):
     assert found["gap_mm"]["p50"] == 2.5 and found["gap_mm"]["max"] == 4
     assert found["contact_area_percent"] == pytest.approx(40)
     assert found["pressure_kPa"]["max"] == 3 and 1 <= found["pressure_kPa"]["p50"] < 2
+    assert found["body_pressure_kPa"]["max"] == 1.5 and found["body_pressure_kPa"]["p50"] == 0.5
+    assert found["contact_force_N"] == {"normal": [0, 2.25, 0], "friction": [0, 0.25, 0.1]}
     assert found["energy_J"] == seen.energies
     assert found["crossing_triangle_pairs"] == 2
 

@@ -90,6 +90,17 @@ def test_a_sheet_needs_no_body(strip):
             "scene.yaml:1:1: body: this key is required (who is dressed in strip)",
         ),
         ("garments:", "pose: parts/pose.yaml\ngarments:", ": a scene without a body has no pose"),
+        (
+            "garments:",
+            "output: {body_pressure: true}\ngarments:",
+            "output.body_pressure: a scene without a body has no pressure on it",
+        ),
+        (
+            "fabric: parts",
+            "bands: [{name: b, edges: [[sheet, to]], stiffness_N: 1}]\n    fabric: parts",
+            "garments.0.bands.0.edges.0: to is not an edge of this sheet; allowed: bottom, right, top, left",
+        ),
+        ("fabric: parts", "open: [{seam: side}]\n    fabric: parts", "garments.0.open: a plain sheet has no closures"),
         ("garments:", "output: {maps: [shear, gap]}\ngarments:", "maps.1: a scene without a body has no gap"),
     ],
 )
