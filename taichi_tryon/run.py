@@ -36,11 +36,12 @@ CHECKPOINT_EVERY = 30.0
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended, and where its files are."""
+    """How a run ended, and where its files are; ``advice`` says where and why it failed and what to try."""
 
     status: str
     reason: str
     output: Path
+    advice: str = ""
 
     @property
     def exit_code(self) -> int:

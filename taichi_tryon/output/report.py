@@ -41,7 +41,7 @@ def quality(seen: Inspection) -> dict:
         "strain_percent": strain,
         "shear_degree": dict(zip(("p99", "max"), _percentiles(shear, (99, 100)), strict=True)),
         "gap_mm": gap,
-        "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / seen.contact_areas.sum()),
+        "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / (seen.contact_areas.sum() or 1.0)),
         "pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, pressure), strict=True)),
         "energy_J": {name: _round(value) for name, value in seen.energies.items()},
         "crossing_triangle_pairs": int(len(seen.crossings)),
