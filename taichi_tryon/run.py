@@ -21,7 +21,7 @@ from taichi_tryon.failure import Failure, explain
 from taichi_tryon.figures import fit_lines
 from taichi_tryon.observe import Observer
 from taichi_tryon.output import checkpoint, report
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.observation import Inspection
 from taichi_tryon.recorder import Recorder
 from taichi_tryon.scene.models import SceneSpec

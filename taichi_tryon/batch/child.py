@@ -9,7 +9,7 @@ import threading
 from taichi_tryon import cli
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Wait for the end of standard input: the parent holds the other end, and whatever kills it lets go.
 
     Without this, the drape of a killed worker would go on beside the same drape started anew elsewhere. Files are
@@ -20,5 +20,5 @@ def _end_with_parent() -> None:
 
 
 if __name__ == "__main__":
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     cli.main(sys.argv[1:])

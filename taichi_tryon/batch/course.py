@@ -12,8 +12,7 @@ from pathlib import Path
 
 from taichi_tryon.batch import table
 from taichi_tryon.batch.cluster import cluster
-from taichi_tryon.batch.drape import PATIENCE, Program, Stop, clear, ended, run_drape
-from taichi_tryon.batch.plan import Drape
+from taichi_tryon.batch.drape import PATIENCE, Drape, Program, Stop, clear, ended, run_drape
 from taichi_tryon.batch.table import Row
 from taichi_tryon.run import require_writable, stop_by_signal
 

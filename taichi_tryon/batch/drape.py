@@ -1,4 +1,7 @@
-"""One drape of a batch in a process of its own: nothing that it leaves in memory, and no crash, reaches the others."""
+"""One drape of a batch in a process of its own: nothing that it leaves in memory, and no crash, reaches the others.
+
+Workers and scheduler of a cluster import this module to read what they are sent: it imports little.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +15,30 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from taichi_tryon.batch.plan import Drape
 from taichi_tryon.errors import RunError
 from taichi_tryon.output import checkpoint
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 
 # seconds between two looks at whether the batch was stopped, and after which a drape that does not end is killed
 POLL, PATIENCE = 0.5, 60.0
 ENDS = ("settled", "finished", "failed")
+
+
+@dataclass(frozen=True)
+class Drape:
+    """One run of a batch.
+
+    ``name`` is that of its folder, made of the scene's name, the swept values and the fingerprint of ``text``: a batch
+    resumed finds it again whatever was added to the batch, and never takes another scene for it.
+    ``text`` is the whole scene as YAML, files it names included: what is changed in them later does not reach it.
+    """
+
+    name: str
+    scene: str
+    parameters: dict[str, Any]
+    text: str
 
 
 class Stop(Protocol):
@@ -62,7 +79,9 @@ def run_drape(drape: Drape, folder: Path, program: Program, stop: Stop) -> dict:
         return {"status": "failed", "reason": str(fault)}
     if report := read_report(folder):
         return report
-    return {"status": "interrupted" if code == 130 else "failed", "reason": said or _how_it_ended(code)}
+    # stopped in its first moments, it has nothing to say yet
+    status = "interrupted" if code == 130 or stop.is_set() else "failed"
+    return {"status": status, "reason": said or _how_it_ended(code)}
 
 
 def clear(folder: Path) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from taichi_tryon.batch.drape import Drape
 from taichi_tryon.errors import InputError
 from taichi_tryon.output.checkpoint import fingerprint
 from taichi_tryon.scene.load import load_scene
@@ -16,21 +16,6 @@ from taichi_tryon.scene.sweep import Variant
 
 # characters of a folder's name that tell the parameters, and of the fingerprint, which makes it unique
 LABEL_LENGTH, FINGERPRINT_LENGTH = 60, 8
-
-
-@dataclass(frozen=True)
-class Drape:
-    """One run of a batch.
-
-    ``name`` is that of its folder, made of the scene's name, the swept values and the fingerprint of ``text``: another
-    batch, or the same one resumed, finds it again whatever else it holds, and never takes another scene for it.
-    ``text`` is the whole scene as YAML, files it names included: what is changed in them later does not reach it.
-    """
-
-    name: str
-    scene: str
-    parameters: dict[str, Any]
-    text: str
 
 
 def plan(scenes: Iterable[Path], variants: Iterable[Variant]) -> list[Drape]:
@@ -47,9 +32,10 @@ def plan(scenes: Iterable[Path], variants: Iterable[Variant]) -> list[Drape]:
             drapes.append(Drape(_name(scene.scene, variant, text), str(path), variant.parameters, text))
     seen: dict[str, Drape] = {}
     for drape in drapes:
-        if drape.name in seen:
-            faults.append(f"{drape.scene}: {drape.name} is in the batch twice; name each scene and each value once")
-        seen[drape.name] = drape
+        if drape.text in seen:
+            first = seen[drape.text]
+            faults.append(f"{drape.scene}: {drape.name} is the same as {first.name}; name each scene and value once")
+        seen[drape.text] = drape
     if faults:
         raise InputError(*dict.fromkeys(faults))
     return drapes

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from taichi_tryon.batch.plan import Drape
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.batch.drape import Drape
+from taichi_tryon.output.files import replace_atomically
 
 SCHEMA = 1
 # what a row takes from a report, besides status and reason

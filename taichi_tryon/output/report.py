@@ -12,7 +12,7 @@ from platform import python_version
 import numpy as np
 
 from taichi_tryon import __version__
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.maps import weighted_percentiles
 from taichi_tryon.output.observation import Inspection
 
