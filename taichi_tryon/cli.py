@@ -55,27 +55,54 @@ def _common(
 
 @app.command()
 def run(
-    scene: ScenePath,
-    output: Annotated[Path | None, typer.Option(help="Output folder; without it, outputs/<scene name>.")] = None,
-    overrides: Overrides = [],  # noqa: B006
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in the output folder.")] = False,
+    scenes: Annotated[list[Path], typer.Argument(metavar="SCENE...", help="YAML files of scenes")],
+    output: Annotated[
+        Path | None, typer.Option(help="Output folder; without it, outputs/<scene name>, of a batch outputs/batch.")
+    ] = None,
+    overrides: Annotated[
+        list[str],
+        typer.Option(
+            "--set",
+            metavar="KEY.PATH=VALUE",
+            help="Set a value: mesh.edge_length_mm=20. Repeatable. A list where the key takes none (a list of lists "
+            "where it takes a list) is a sweep: a run for each value, and for each choice of values of several keys.",
+        ),
+    ] = [],  # noqa: B006
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from what is in the output folder; nothing finished is repeated.")
+    ] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Of a batch, how many to run at a time.")] = 1,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Run a batch on this Dask scheduler's workers (extra [cluster])."),
+    ] = None,
     arch: ArchOption = None,
     precision: PrecisionOption = None,
     threads: ThreadsOption = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress, only the last line.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress, only the last lines.")] = False,
 ) -> None:
-    """Run a scene and write its output folder."""
-    spec = _load(scene, overrides, precision, threads)
+    """Run a scene and write its output folder; many scenes, or a sweep, each into a folder below it."""
+    from taichi_tryon.scene.sweep import spread
+
+    variants = spread(_with_options(overrides, precision, threads))
+    if len(scenes) > 1 or variants[0].parameters or scheduler is not None:
+        from taichi_tryon.batch.command import run_many
+
+        folder = output or Path("outputs/batch")
+        options = ("--arch", arch.value) if arch else ()
+        raise typer.Exit(run_many(scenes, variants, folder, jobs, scheduler, options, resume=resume, quiet=quiet))
     from taichi_tryon.progress import TerminalProgress, silent
     from taichi_tryon.run import run_scene
+    from taichi_tryon.scene.load import load_scene
 
+    spec = load_scene(scenes[0], variants[0].overrides)
     folder = output or Path("outputs") / spec.scene
     if quiet:
         result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=silent)
     else:
         with TerminalProgress() as progress:
             result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=progress)
-    print(f"{result.status}: {result.reason}\n{result.output}")
+    print(*filter(None, (f"{result.status}: {result.reason}", result.advice, result.output)), sep="\n")
     raise typer.Exit(result.exit_code)
 
 
@@ -174,8 +201,13 @@ def _load(
 ) -> SceneSpec:
     from taichi_tryon.scene.load import load_scene
 
+    return load_scene(path, _with_options(overrides, precision, threads))
+
+
+def _with_options(overrides: list[str], precision: Precision | None, threads: int | None) -> list[str]:
+    """Overrides, and after them the options that set a value of the scene."""
     options = {"precision": _value(precision), "threads": threads}
-    return load_scene(path, [*overrides, *(f"solver.{key}={value}" for key, value in options.items() if value)])
+    return [*overrides, *(f"solver.{key}={value}" for key, value in options.items() if value)]
 
 
 def _value(choice: Enum | None) -> str | None:

@@ -35,6 +35,10 @@ class RunError(TryonError):
     """The simulation could not go on; everything computed before is kept."""
 
 
+class NoStep(RunError):
+    """No step could be done, however short."""
+
+
 class StepFailure(RunError):
     """A step could not be done; a shorter one may be."""
 

@@ -12,7 +12,7 @@ from taichi_tryon.body.skeleton import Pose
 from taichi_tryon.body.spec import BodySpec, PoseSpec
 from taichi_tryon.body.surface import surface_mesh
 from taichi_tryon.errors import InputError
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.pattern.draw import draw
 from taichi_tryon.pattern.measure import panel_rows, seam_rows
 from taichi_tryon.pattern.panel import Pattern

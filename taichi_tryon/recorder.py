@@ -115,6 +115,26 @@ class Recorder:
                     self.film.add(self.last_picture)
             self.film.close()
 
+    def mark(self, spot: np.ndarray, outward: np.ndarray, caption: str) -> None:
+        """Draw ``images/failed.png``, whatever the scene asks for: the cloth with a ring around ``spot`` (3,) [m], seen
+        from where its normal ``outward`` (3,) points."""
+        from taichi_tryon.view.pictures import write_png
+        from taichi_tryon.view.renderer import make_renderer
+        from taichi_tryon.view.spot import draw_spot
+
+        renderer = self.renderer or make_renderer(tuple(self.options.image_size))[0]
+        try:
+            x = self.observer.simulation.stepper.x.to_numpy()
+            low, high = stage.bounds(self.setup)
+            bounds = np.minimum(low, x.min(axis=0)), np.maximum(high, x.max(axis=0))
+            shapes = stage.meshes(self.setup, x, self.observer.skin())
+            write_png(
+                self.folder / "images" / "failed.png", draw_spot(renderer, shapes, bounds, spot, outward, caption)
+            )
+        finally:
+            if renderer is not self.renderer:
+                renderer.close()
+
     def close(self) -> None:
         """Keep the film so far and give the renderer back; may be called twice, and must be called in the end: Taichi
         crashes when it is started anew while GGUI is open."""

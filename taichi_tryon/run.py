@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +16,13 @@ import numpy as np
 
 from taichi_tryon import STARTED, runtime
 from taichi_tryon import progress as progress_report
-from taichi_tryon.errors import InputError, Interrupted, RunError, TryonError
+from taichi_tryon.errors import InputError, Interrupted, NoStep, RunError, TryonError
+from taichi_tryon.failure import Failure, explain
 from taichi_tryon.figures import fit_lines
 from taichi_tryon.observe import Observer
 from taichi_tryon.output import checkpoint, report
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
+from taichi_tryon.output.observation import Inspection
 from taichi_tryon.recorder import Recorder
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.scene.resolved import to_yaml
@@ -28,6 +30,7 @@ from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
 from taichi_tryon.skipped import skipped
 from taichi_tryon.timing import Stopwatch
+from taichi_tryon.units import CM
 
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
 # wall-clock seconds between checkpoints
@@ -36,11 +39,12 @@ CHECKPOINT_EVERY = 30.0
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended, and where its files are."""
+    """How a run ended, and where its files are; ``advice`` says where and why it failed and what to try."""
 
     status: str
     reason: str
     output: Path
+    advice: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -116,22 +120,25 @@ class _Run:
             self.log.warning(self.recorder.message)
         self.interval = 1.0 / simulation.scene.output.frames_per_s
         self.step_seconds: list[float] = []
+        self.residuals: list[float] = []
         self.warnings = [note for garment in simulation.setup.garments for note in garment.dressed.notes]
         if self.recorder.message:
             self.warnings.append(self.recorder.message)
 
     def go(self, stop: Stop) -> Result:
-        stop.gently = True
+        stop.gently, of_cloth = True, True
         try:
             self._loop(stop)
             status, reason = self._outcome()
         except KeyboardInterrupt:
             status, reason = "interrupted", "stopped by the user; --resume goes on from here"
         except RunError as fault:
-            status, reason = "failed", str(fault)
-        self._end(status, reason)
-        self.log.info("%s: %s", status, reason)
-        return Result(status, reason, self.output)
+            # else the disk's
+            status, reason, of_cloth = "failed", str(fault), isinstance(fault, NoStep)
+        failure = self._end(status, reason, status == "failed" and of_cloth)
+        advice = failure.lines() if failure else ""
+        self.log.info("%s", "\n".join(filter(None, (f"{status}: {reason}", advice))))
+        return Result(status, reason, self.output, advice)
 
     def _loop(self, stop: Stop) -> None:
         simulation, saved = self.simulation, time.monotonic()
@@ -144,6 +151,8 @@ class _Run:
             simulation.advance()
             self.step_seconds.append(time.perf_counter() - begin)
             p = simulation.progress
+            if phase == "settle":
+                self.residuals.append(p.residual)
             if phase != "settle" and p.time >= self.next_frame - 1e-9:
                 self._record()
             self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
@@ -175,23 +184,35 @@ class _Run:
         force = f"net force {p.residual:.2e} of the weight, limit {limit:g}"
         return "failed", f"not settled after settle.max_steps: {force}"
 
-    def _end(self, status: str, reason: str) -> None:
-        """Everything that can still be written is written, whatever the status."""
-        faults = []
-        for action in (self._save, self.recorder.finish):
+    def _end(self, status: str, reason: str, explained: bool) -> Failure | None:
+        """Everything that can still be written is written, whatever the status; why the cloth failed, where that is to
+        be ``explained``."""
+        faults, failure = [], None
+
+        def attempt(action: Callable[[], None]) -> None:
             try:
                 with self.clock("output"):
                     action()
             except TryonError as fault:
                 faults.append(str(fault))
-        self.warnings += faults
-        report.write(self.output, self._report(status, reason))
 
-    def _report(self, status: str, reason: str) -> dict:
-        simulation, setup = self.simulation, self.simulation.setup
+        attempt(self._save)
+        attempt(self.recorder.finish)
         with self.clock("output"):
             whole, garments = self.observer.inspect()
-            parts = {seen.name: report.quality(seen) for seen in garments}
+        if explained:
+            setup, progress = self.simulation.setup, self.simulation.progress
+            failure = explain(setup.scene, setup.garments, garments, progress, self.residuals)
+            spot, caption = np.array(failure.world_cm) * CM, f"{failure.garment}, panel {failure.panel}"
+            attempt(lambda: self.recorder.mark(spot, failure.outward, caption))
+        self.warnings += faults
+        found = self._report(status, reason, whole, garments)
+        report.write(self.output, found | ({"failure": failure.report()} if failure else {}))
+        return failure
+
+    def _report(self, status: str, reason: str, whole: Inspection, garments: list[Inspection]) -> dict:
+        simulation, setup = self.simulation, self.simulation.setup
+        parts = {seen.name: report.quality(seen) for seen in garments}
         positions = simulation.stepper.x.to_numpy()
         for garment in setup.garments:
             parts[garment.name]["fit_mm"] = fit_lines(setup, garment, positions, simulation.transforms)

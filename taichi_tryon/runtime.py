@@ -46,9 +46,10 @@ def start(
     """Start (or restart) Taichi on ``arch`` ("cpu", "cuda", or None: cuda if it starts, else cpu).
 
     All Taichi fields made before are gone afterwards. Raises InputError where CUDA is asked for and does not start:
-    Taichi itself would fall back without an error. What ran before goes on then. profile: Taichi's kernel profiler.
+    Taichi itself would fall back without an error. What ran before goes on then. Without ``threads``, as many as
+    OMP_NUM_THREADS says, else as there are cores. profile: Taichi's kernel profiler.
     """
-    threads = threads or len(os.sched_getaffinity(0))
+    threads = threads or _default_threads()
     options = dict(
         default_fp=ti.f64 if precision == "f64" else ti.f32,
         cpu_max_num_threads=threads,
@@ -67,6 +68,12 @@ def start(
         ti.init(arch=ti.cuda if with_cuda else ti.cpu, **options)
     got = "cuda" if ti.cfg.arch == ti.cuda else "cpu"
     return Device(arch=got, precision=precision, threads=threads)
+
+
+def _default_threads() -> int:
+    """As other programs read it; a batch that runs several processes at a time gives each its share so."""
+    asked = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    return int(asked) if asked.isdecimal() and int(asked) else len(os.sched_getaffinity(0))
 
 
 def _cuda_starts() -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from taichi_tryon import fields
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
-from taichi_tryon.errors import RunError
+from taichi_tryon.errors import NoStep
 from taichi_tryon.setup import Setup
 from taichi_tryon.solver.implicit import ImplicitStep
 from taichi_tryon.solver.settings import StepResult, StepSettings
@@ -43,6 +43,7 @@ class Progress:
     linear_iterations: int = 0
     calm_steps: int = 0
     residual: float = np.inf
+    moved: float = 0.0  # [m], the farthest that the last step took a vertex
 
 
 class Simulation:
@@ -129,13 +130,13 @@ class Simulation:
         return 1.0 if p.phase == "done" else 0.0
 
     def advance(self) -> None:
-        """One accepted step. Raises RunError when the smallest step fails; the last good state is kept."""
+        """One accepted step. Raises NoStep when the smallest step fails; the last good state is kept."""
         p, least = self.progress, self.scene.solver.min_step_s
         while not (result := self._try_step()).accepted:
             p.rejected += 1
             if p.dt < least:
                 reason = result.reason or f"no step longer than solver.min_step_s = {least:g} s lowers the energy"
-                raise RunError(f"{reason}, in phase {p.phase} at {p.time:.4f} s")
+                raise NoStep(f"{reason}, in phase {p.phase} at {p.time:.4f} s")
         if self._phase_over():
             self._next_phase()
 
@@ -172,7 +173,7 @@ class Simulation:
             least = self.scene.solver.min_step_s if result.error > limit else 0.0
             p.dt = max(p.dt * result.change, least)
             return result
-        p.steps, p.phase_steps = p.steps + 1, p.phase_steps + 1
+        p.steps, p.phase_steps, p.moved = p.steps + 1, p.phase_steps + 1, result.moved
         # the long steps of settling are no time that passes
         p.time, p.phase_time = p.time + min(dt, self.scene.solver.step_s), p.phase_time + dt
         p.calm_steps = p.calm_steps + 1 if result.moved <= DRESSED_MOVE else 0

@@ -31,14 +31,15 @@ def call(*arguments):
 def simulation(monkeypatch):
     """Stands in for the simulation: remembers how it was called, and ends as told by ``raises`` and ``exit_code``."""
     fake = SimpleNamespace()
-    fake.raises, fake.exit_code, fake.calls = None, 0, []
+    fake.raises, fake.exit_code, fake.calls, fake.advice = None, 0, [], ""
 
     def run_scene(scene, output, **options):
         fake.calls.append((scene, output, options))
         if fake.raises:
             raise fake.raises
         options["progress"]("drape", 0.5, "t = 0.5 s")
-        return SimpleNamespace(status="settled", reason="residual 0.009", exit_code=fake.exit_code, output=output)
+        end = {"status": "settled", "reason": "residual 0.009", "advice": fake.advice}
+        return SimpleNamespace(**end, exit_code=fake.exit_code, output=output)
 
     functions = {
         "run": run_scene,
@@ -80,6 +81,34 @@ def test_run_with_every_option(simulation, tmp_path, capsys):
     assert (scene.solver.precision, scene.solver.threads) == ("f32", 2)
     assert output == tmp_path and got["arch"] == "cpu" and got["resume"] is True
     assert capsys.readouterr().err == ""
+
+
+def test_what_to_try_is_printed(simulation, capsys):
+    simulation.advice = "worst in top\ntry: ease"
+    call("run", SCENE)
+    assert capsys.readouterr().out == "settled: residual 0.009\nworst in top\ntry: ease\noutputs/quick\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--set", "mesh.edge_length_mm=[20, 30]", "--jobs", 3, "--resume"], (2, "outputs/batch", 3, None, (), True)),
+        ([SCENE, "--arch", "cpu", "--output", "x"], (2, "x", 1, None, ("--arch", "cpu"), False)),
+        (["--scheduler", "tcp://a:1", "--threads", 2], (1, "outputs/batch", 1, "tcp://a:1", (), False)),
+    ],
+)
+def test_many_scenes_or_a_sweep_are_a_batch(monkeypatch, arguments, expected):
+    from taichi_tryon.batch import command
+
+    calls = []
+
+    def run_many(scenes, variants, output, jobs, scheduler, options, *, resume, quiet):
+        calls.append((len(scenes) * len(variants), str(output), jobs, scheduler, options, resume))
+        return 3
+
+    monkeypatch.setattr(command, "run_many", run_many)
+    assert call("run", SCENE, *arguments) == 3
+    assert calls == [expected]
 
 
 @pytest.mark.parametrize("code", [0, 3, 130])

@@ -10,6 +10,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from PIL import Image
 
 QUALITY = {
     "residual_relative",
@@ -266,6 +267,28 @@ def test_a_run_that_does_not_settle_fails_and_is_kept(whole, place):
     assert report["status"] == "failed" and report["reason"].startswith("not settled")
     assert report["quality"]["residual_relative"] > 1e-6
     assert (place / "short" / "checkpoint.npz").is_file()
+    failure = report["failure"]
+    assert set(failure) == {"garment", "panel", "at_cm", "world_cm", "seen", "try"}
+    assert failure["garment"] == "cone" and failure["panel"] in ("front", "back") and failure["try"]
+    assert failure["seen"]["residual_relative"] == report["quality"]["residual_relative"]
+    worst = f"worst in cone, panel {failure['panel']}, at ({failure['at_cm'][0]:g}, {failure['at_cm'][1]:g}) cm: "
+    assert done.stdout.splitlines()[1].startswith(worst)
+    assert done.stdout.splitlines()[2] == f"try: {'; '.join(failure['try'])}"
+    last = meshio.read(sorted((place / "short" / "frames").glob("frame_*.vtu"))[-1])
+    assert np.linalg.norm(100 * last.points - failure["world_cm"], axis=1).min() < 0.02
+    with Image.open(place / "short" / "images" / "failed.png") as picture:
+        assert picture.size == (2 * 720, 960) and not report["warnings"]
+
+
+def test_a_sweep_writes_a_folder_for_each_value_and_one_table(whole, place):
+    done = command(place, "--output", place / "sweep", "--threads", 1, "--set", "settle.max_steps=[1, 200]")
+    assert done.returncode == 3 and done.stdout.startswith("2 drapes: 1 failed, 1 settled\n"), done.stderr
+    found = json.loads((place / "sweep" / "batch.json").read_text())["drapes"]
+    assert [drape["parameters"] for drape in found] == [{"settle.max_steps": 1}, {"settle.max_steps": 200}]
+    for drape in found:
+        assert json.loads((place / "sweep" / drape["drape"] / "report.json").read_text()) == drape["report"]
+    # a drape of a batch is the run that it would be alone
+    assert found[1]["report"]["quality"] == whole[2]["quality"]
 
 
 def test_an_output_folder_that_cannot_be_made_is_told_at_once(place):

@@ -63,3 +63,10 @@ def test_cuda_starts_where_driver_device_and_taichi_agree(monkeypatch, error_of_
     monkeypatch.setattr(ctypes, "CDLL", lambda name: driver)
     monkeypatch.setattr(ti._lib.core, "with_cuda", lambda: taichi_has_it)
     assert runtime._cuda_starts() is starts
+
+
+@pytest.mark.parametrize(("asked", "threads"), [("3", 3), ("4,2", 4), ("", 2), ("0", 2), ("many", 2)])
+def test_threads_are_as_many_as_other_programs_are_told_to_use(monkeypatch, asked, threads):
+    monkeypatch.setenv("OMP_NUM_THREADS", asked)
+    monkeypatch.setattr("os.sched_getaffinity", lambda pid: {4, 7})
+    assert runtime._default_threads() == threads

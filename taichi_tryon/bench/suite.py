@@ -19,7 +19,7 @@ from taichi_tryon.bench.plots import plot_convergence
 from taichi_tryon.bench.record import Record
 from taichi_tryon.bench.skip.plot import plot_skips
 from taichi_tryon.errors import InputError, RunError, TryonError
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.report import versions
 
 SUITES = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tryon.errors import InputError, RunError
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 
 NAME = "checkpoint.npz"
 

@@ -5,7 +5,6 @@ Every file is written under a temporary name and then renamed, so that a reader 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +14,7 @@ import meshio
 import numpy as np
 
 from taichi_tryon.errors import InputError, RunError
+from taichi_tryon.output.files import replace_atomically
 
 FORMATS = ("vtu", "obj", "ply", "stl")
 GARMENT = "garment"  # cell array that tells the garments of one file apart, by their order
@@ -162,22 +162,6 @@ def read_frame(path: Path | str) -> tuple[GarmentFrame, ...]:
             )
         )
     return tuple(frames)
-
-
-def replace_atomically(path: Path, write) -> None:
-    """Call ``write(temporary path)`` and rename the result to ``path``; nothing is left behind where it fails.
-
-    Raises:
-        RunError: the disk refuses (full, read-only, folder gone).
-    """
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    except OSError as fault:
-        raise RunError(f"{path}: cannot be written: {fault.strerror or fault}") from fault
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _write(path: Path, kind: str, mesh: meshio.Mesh) -> None:

@@ -12,7 +12,7 @@ from platform import python_version
 import numpy as np
 
 from taichi_tryon import __version__
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.maps import weighted_percentiles
 from taichi_tryon.output.observation import Inspection
 
@@ -44,7 +44,7 @@ def quality(seen: Inspection) -> dict:
         "strain_percent": strain,
         "shear_degree": dict(zip(("p99", "max"), _percentiles(shear, (99, 100)), strict=True)),
         "gap_mm": gap,
-        "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / seen.contact_areas.sum()),
+        "contact_area_percent": _round(100 * seen.contact_areas[touching].sum() / (seen.contact_areas.sum() or 1.0)),
         "pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, pressure), strict=True)),
         "body_pressure_kPa": dict(zip(("p50", "p95", "max"), map(_round, worn), strict=True)),
         "contact_force_N": {"normal": [*map(_round, seen.normal_force)], "friction": [*map(_round, friction)]},

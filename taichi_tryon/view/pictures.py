@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from taichi_tryon.errors import RunError
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.view.annotate import annotate
 from taichi_tryon.view.appearance import Scale
 from taichi_tryon.view.camera import view_cameras

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from taichi_tryon.bench.record import Record
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 
 DRAWN = {"wall_time": "time a step [ms]", "linear_iterations": "linear iterations a Newton iteration",
          "memory": "memory [kB a vertex]"}  # fmt: skip

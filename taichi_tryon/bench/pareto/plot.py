@@ -8,7 +8,7 @@ from pathlib import Path
 
 from taichi_tryon.bench.pareto.compare import COSTS
 from taichi_tryon.bench.record import Record
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 
 ERRORS = {
     "position_error": "distance to the converged solution [mm]",

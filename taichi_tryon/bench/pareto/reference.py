@@ -19,7 +19,7 @@ from taichi_tryon.bench.pareto import ours
 from taichi_tryon.bench.pareto.ours import Setting
 from taichi_tryon.bench.pareto.problem import Problem
 from taichi_tryon.bench.pareto.track import Track
-from taichi_tryon.output.frames import replace_atomically
+from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.scene.resolved import to_yaml
 
