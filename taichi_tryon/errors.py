@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class TryonError(Exception):
     """Anything the user should read as a plain message, never as a traceback."""
@@ -13,14 +16,15 @@ class InputError(TryonError):
     """The input is at fault: nothing has been computed or written.
 
     ``faults`` holds one line each, ``file:line:column: field: what is wrong and what is allowed`` where the place
-    is known.
+    is known. What was found only while building tells by the keys of ``at`` where in its part it stands; who read the
+    files puts their names to it.
     """
 
     exit_code = 2
 
-    def __init__(self, *faults: str):
+    def __init__(self, *faults: str, at: tuple[str | int, ...] = ()):
         super().__init__("\n".join(faults))
-        self.faults = faults
+        self.faults, self.at = faults, at
 
 
 class PatternError(InputError):
@@ -43,3 +47,13 @@ class Interrupted(TryonError):
     """The user stopped the run; it can be resumed."""
 
     exit_code = 130
+
+
+@contextmanager
+def below(*keys: str | int) -> Iterator[None]:
+    """Input at fault in here stands below these keys."""
+    try:
+        yield
+    except InputError as error:
+        error.at = (*keys, *error.at)
+        raise
