@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+LONGEST = 900
+"""Characters of a message on input."""
+
 
 class TryonError(Exception):
     """Anything the user should read as a plain message, never as a traceback."""
@@ -23,8 +26,8 @@ class InputError(TryonError):
     exit_code = 2
 
     def __init__(self, *faults: str, at: tuple[str | int, ...] = ()):
-        super().__init__("\n".join(faults))
-        self.faults, self.at = faults, at
+        self.faults, self.at = tuple(_one_line(fault) for fault in faults), at
+        super().__init__("\n".join(self.faults))
 
 
 class PatternError(InputError):
@@ -47,6 +50,12 @@ class Interrupted(TryonError):
     """The user stopped the run; it can be resumed."""
 
     exit_code = 130
+
+
+def _one_line(text: str) -> str:
+    """Names and values that messages quote may hold line breaks and commands to the terminal, and may be long."""
+    text = text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from taichi_tryon.timing import Stopwatch
 COARSE_MM = 40.0
 """Edge length with which accepted scenes are meshed and dressed, where theirs is shorter."""
 LONGEST_MESSAGE = 1000
+"""Characters."""
 _PLACE = re.compile(r"[^\n]+?\.yaml:\d+:\d+: (?P<rest>.+)")
 _FIELD = re.compile(r"[^\s:]+: .")
 # what is wrong with a file before it has fields, or with all of it

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-
 REFERENCES = ("body", "pose", "pattern", "dressing", "fabric")
 LINK_TO_ITSELF, CYCLE = "ring.yaml", "cycle.yaml"
 """Files that lie beside every mutated scene: a symbolic link to itself, and a part that names itself as all its

@@ -29,7 +29,7 @@ class Watched:
         self._pipe.send(arguments)
         if not self._pipe.poll(self.limit_s):
             self._stop()
-            raise Hung
+            raise Hung(f"longer than {self.limit_s:g} s")
         try:
             return self._pipe.recv()
         except EOFError:
