@@ -111,7 +111,8 @@ def bench(
         str,
         typer.Argument(
             metavar="SUITE",
-            help="accuracy: exact cases; pareto: error against time; cost: where it goes; skip: what leaving out saves",
+            help="accuracy: exact cases; pareto: error against time; cost: where it goes; "
+            "skip: what leaving out saves; stability: what a run survives",
         ),
     ],
     quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,

@@ -183,6 +183,9 @@ class OutputSpec(Spec):
     )
     images: bool = Field(True, description="write PNG pictures")
     video: bool = Field(True, description="write the film")
+    checkpoint_s: float = Field(
+        30.0, ge=0, le=1e6, description="wall-clock time between checkpoints, from which a run that was killed goes on"
+    )
     maps: list[Map] = Field([], description="pictures of the last frame coloured by these quantities")
 
     @field_validator("image_size")

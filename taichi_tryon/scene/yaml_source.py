@@ -138,12 +138,20 @@ def _scalar(event: yaml.ScalarEvent) -> Any:
 
 @dataclass
 class _Open:
-    """A list or mapping whose end has not been read; ``key`` is the one that waits for its value."""
+    """A list or mapping whose end has not been read; ``key`` is the last one, which may wait for its value."""
 
     node: Node
     anchor: str | None
     size_before: int
     key: str | None = None
+    waits: bool = False
+
+    def at(self, innermost: bool) -> str | None:
+        """The key or index of what is being read; None where a mapping's next key is. What is read further inside,
+        where this is not the ``innermost``, has been put in already."""
+        if isinstance(self.node.value, list):
+            return str(len(self.node.value) - (not innermost))
+        return self.key if self.waits or not innermost else None
 
 
 class _Reader:
@@ -161,10 +169,7 @@ class _Reader:
 
     def fault(self, place: Place | str, message: str) -> InputError:
         """What is wrong at a place, with the keys that lead to where the reader is."""
-        keys = (
-            str(len(part.node.value)) if isinstance(part.node.value, list) else part.key
-            for part in self._stack[:SHOWN_DEPTH]
-        )
+        keys = [part.at(innermost=part is self._stack[-1]) for part in self._stack[:SHOWN_DEPTH]]
         where = ".".join(key for key in keys if key is not None)
         return InputError(f"{place}: {where}: {message}" if where else f"{place}: {message}")
 
@@ -182,7 +187,7 @@ class _Reader:
         if getattr(event, "tag", None) not in (None, "!"):
             raise self.fault(place, f"tags are not allowed (got {event.tag})")
         parent = self._stack[-1] if self._stack else None
-        if parent and isinstance(parent.node.value, dict) and parent.key is None:
+        if parent and isinstance(parent.node.value, dict) and not parent.waits:
             self._take_key(event, place, parent)
             return
         size_before = self._size
@@ -210,7 +215,7 @@ class _Reader:
             raise self.fault(place, "a key must be a name")
         if len(event.value) > LONGEST_KEY:
             raise self.fault(place, f"a key must be a name of at most {LONGEST_KEY} characters")
-        parent.key = event.value
+        parent.key, parent.waits = event.value, True
         if event.value in parent.node.keys:
             raise self.fault(place, f"this key stood before at {parent.node.keys[event.value]}")
         parent.node.keys[event.value] = place
@@ -222,7 +227,7 @@ class _Reader:
             parent.node.value.append(node)
         else:
             parent.node.value[parent.key] = node
-            parent.key = None
+            parent.waits = False
 
     def _remember(self, anchor: str | None, node: Node, size_before: int) -> None:
         if anchor:

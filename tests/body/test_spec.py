@@ -29,7 +29,7 @@ def test_missing_key_of_a_ball_is_a_fault(woman_data, key):
         ("radii_cm", [float("inf")] * 3, "at least one must be finite"),
         ("radii_cm", [float("nan"), 1.0, 1.0], "greater than or equal to 0.01"),
         ("center_cm", [float("inf"), 1.0, 1.0], "finite"),
-        ("weight", -1.0, "greater than or equal to 1e-06"),
+        ("weight", -1.0, "greater than or equal to 0.000001"),
         ("groups", ["tail"], "no group 'tail'"),
         ("bones", {"tail": 1.0}, "no bone 'tail'"),
         ("bones", {"pelvis": 0.5, "thigh_l": 0.4}, "sum to 0.9"),

@@ -62,10 +62,7 @@ def tried(mutant: Mutant, judged: Watched) -> tuple[Verdict | None, list[tuple[s
     build = mutant.wrong or mutant.number % BUILT == 0
     try:
         with laid_out(mutant) as scene:
-            try:
-                verdict = judged(scene, build)
-            except Hung:  # once may be the machine's
-                verdict = judged(scene, build)
+            verdict = judged(scene, build)
     except Hung as fault:
         return None, [("hangs", str(fault))]
     except Crashed as fault:
