@@ -25,7 +25,7 @@ from taichi_tryon.bench.simulate import scene_path
 from taichi_tryon.errors import RunError
 
 SCENE = "drop_on_sphere.yaml"
-OVERRIDES = ("mesh.edge_length_mm=80", "drape.duration_s=6", "output.frames_per_s=60", "output.checkpoint_s=0.2",
+OVERRIDES = ("mesh.edge_length_mm=100", "drape.duration_s=3", "output.frames_per_s=60", "output.checkpoint_s=0.1",
              "solver.threads=1")  # fmt: skip
 LOST = ("frames_lost", "frames_that_differ", "resumptions_refused", "results_that_differ")
 # what a run says of itself differs from run to run
