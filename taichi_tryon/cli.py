@@ -6,6 +6,7 @@ import gc
 import json
 import sys
 import traceback
+from contextlib import nullcontext
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +16,7 @@ import typer
 from taichi_tryon.errors import TryonError
 
 if TYPE_CHECKING:
+    from taichi_tryon.scene.load import Read
     from taichi_tryon.scene.models import SceneSpec
 
 app = typer.Typer(
@@ -93,15 +95,12 @@ def run(
         raise typer.Exit(run_many(scenes, variants, folder, jobs, scheduler, options, resume=resume, quiet=quiet))
     from taichi_tryon.progress import TerminalProgress, silent
     from taichi_tryon.run import run_scene
-    from taichi_tryon.scene.load import load_scene
+    from taichi_tryon.scene.load import read_scene
 
-    spec = load_scene(scenes[0], variants[0].overrides)
-    folder = output or Path("outputs") / spec.scene
-    if quiet:
-        result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=silent)
-    else:
-        with TerminalProgress() as progress:
-            result = run_scene(spec, folder, arch=_value(arch), resume=resume, progress=progress)
+    read = read_scene(scenes[0], variants[0].overrides)
+    folder = output or Path("outputs") / read.part.scene
+    with read.naming_places(), nullcontext(silent) if quiet else TerminalProgress() as progress:
+        result = run_scene(read.part, folder, arch=_value(arch), resume=resume, progress=progress)
     print(*filter(None, (f"{result.status}: {result.reason}", result.advice, result.output)), sep="\n")
     raise typer.Exit(result.exit_code)
 
@@ -109,10 +108,11 @@ def run(
 @app.command()
 def check(scene: ScenePath, overrides: Overrides = []) -> None:  # noqa: B006
     """Validate everything that a run would read, build mesh and start, print their sizes; simulate nothing."""
-    spec = _load(scene, overrides)
+    read = _read(scene, overrides)
     from taichi_tryon.check import check_scene
 
-    print("\n".join(check_scene(spec)))
+    with read.naming_places():
+        print("\n".join(check_scene(read.part)))
 
 
 @app.command()
@@ -124,12 +124,12 @@ def view(
     threads: ThreadsOption = None,
 ) -> None:
     """Run a scene in a window: drag to look around, space pauses, r starts again, Esc ends."""
-    spec = _load(scene, overrides, precision, threads)
+    read = _read(scene, overrides, precision, threads)
     from taichi_tryon.progress import TerminalProgress
     from taichi_tryon.window import view_scene
 
-    with TerminalProgress() as progress:
-        view_scene(spec, arch=_value(arch), progress=progress)
+    with read.naming_places(), TerminalProgress() as progress:
+        view_scene(read.part, arch=_value(arch), progress=progress)
 
 
 @app.command()
@@ -138,7 +138,8 @@ def bench(
         str,
         typer.Argument(
             metavar="SUITE",
-            help="accuracy: exact cases; pareto: error against time; cost: where it goes; skip: what leaving out saves",
+            help="accuracy: exact cases; pareto: error against time; cost: where it goes; "
+            "skip: what leaving out saves; stability: what a run survives",
         ),
     ],
     quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, within three minutes.")] = False,
@@ -196,12 +197,12 @@ def schema(
     sys.stdout.write(text)
 
 
-def _load(
+def _read(
     path: Path, overrides: list[str], precision: Precision | None = None, threads: int | None = None
-) -> SceneSpec:
-    from taichi_tryon.scene.load import load_scene
+) -> Read[SceneSpec]:
+    from taichi_tryon.scene.load import read_scene
 
-    return load_scene(path, _with_options(overrides, precision, threads))
+    return read_scene(path, _with_options(overrides, precision, threads))
 
 
 def _with_options(overrides: list[str], precision: Precision | None, threads: int | None) -> list[str]:

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+LONGEST = 900
+"""Characters of a message on input."""
+
 
 class TryonError(Exception):
     """Anything the user should read as a plain message, never as a traceback."""
@@ -13,14 +19,15 @@ class InputError(TryonError):
     """The input is at fault: nothing has been computed or written.
 
     ``faults`` holds one line each, ``file:line:column: field: what is wrong and what is allowed`` where the place
-    is known.
+    is known. What was found only while building tells by the keys of ``at`` where in its part it stands; who read the
+    files puts their names to it.
     """
 
     exit_code = 2
 
-    def __init__(self, *faults: str):
-        super().__init__("\n".join(faults))
-        self.faults = faults
+    def __init__(self, *faults: str, at: tuple[str | int, ...] = ()):
+        self.faults, self.at = tuple(_one_line(fault) for fault in faults), at
+        super().__init__("\n".join(self.faults))
 
 
 class PatternError(InputError):
@@ -47,3 +54,19 @@ class Interrupted(TryonError):
     """The user stopped the run; it can be resumed."""
 
     exit_code = 130
+
+
+def _one_line(text: str) -> str:
+    """Names and values that messages quote may hold line breaks and commands to the terminal, and may be long."""
+    text = text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+@contextmanager
+def below(*keys: str | int) -> Iterator[None]:
+    """Input at fault in here stands below these keys."""
+    try:
+        yield
+    except InputError as error:
+        error.at = (*keys, *error.at)
+        raise

@@ -15,35 +15,45 @@ class FabricSpec(Spec):
     """A measured fabric, as the KES apparatus gives it."""
 
     fabric: str = Field(description="name of the fabric")
-    tensile_warp_gf_per_cm: float = Field(gt=0, description="tensile rigidity along the warp")
-    tensile_weft_gf_per_cm: float = Field(gt=0, description="tensile rigidity along the weft")
-    shear_gf_per_cm_degree: float = Field(gt=0, description="shear rigidity G, mean of warp and weft")
-    bending_warp_gf_cm2_per_cm: float = Field(gt=0, description="bending rigidity of a strip cut along the warp")
-    bending_weft_gf_cm2_per_cm: float = Field(gt=0, description="bending rigidity of a strip cut along the weft")
-    bending_bias_gf_cm2_per_cm: float | None = Field(
-        None, gt=0, description="bending rigidity of a strip cut at 45 degrees; without it, the mean of warp and weft"
+    tensile_warp_gf_per_cm: float = Field(ge=1e-3, le=1e9, description="tensile rigidity along the warp")
+    tensile_weft_gf_per_cm: float = Field(ge=1e-3, le=1e9, description="tensile rigidity along the weft")
+    shear_gf_per_cm_degree: float = Field(ge=1e-6, le=1e6, description="shear rigidity G, mean of warp and weft")
+    bending_warp_gf_cm2_per_cm: float = Field(
+        ge=1e-9, le=1e6, description="bending rigidity of a strip cut along the warp"
     )
-    weight_gf_per_cm2: float = Field(gt=0, description="weight of the fabric")
+    bending_weft_gf_cm2_per_cm: float = Field(
+        ge=1e-9, le=1e6, description="bending rigidity of a strip cut along the weft"
+    )
+    bending_bias_gf_cm2_per_cm: float | None = Field(
+        None,
+        ge=1e-9,
+        le=1e6,
+        description="bending rigidity of a strip cut at 45 degrees; without it, the mean of warp and weft",
+    )
+    weight_gf_per_cm2: float = Field(ge=1e-6, le=1e3, description="weight of the fabric")
     poisson: float = Field(0.0, ge=0, lt=1, description="coupling nu of warp and weft stretch: C12 = nu sqrt(C11 C22)")
     damping_time_s: float = Field(
         0.0,
         ge=0,
+        le=1e3,
         description="internal friction: stress = C (strain + time x strain rate), likewise for bending; 0 = none",
     )
     shear_hysteresis_gf_per_cm: float = Field(
         0.0,
         ge=0,
+        le=1e6,
         description="dry friction in shear: width 2HG of the loop at 0.5 degrees, mean of warp and weft; shirting has "
         "0.5 to 2; 0 = none",
     )
     bending_hysteresis_warp_gf_cm_per_cm: float = Field(
         0.0,
         ge=0,
+        le=1e6,
         description="dry friction in bending: width 2HB of the loop of a strip cut along the warp, at 0.5 or 1 1/cm; "
         "shirting has 0.03 to 0.1; 0 = none",
     )
     bending_hysteresis_weft_gf_cm_per_cm: float = Field(
-        0.0, ge=0, description="the same of a strip cut along the weft; 0 = none"
+        0.0, ge=0, le=1e6, description="the same of a strip cut along the weft; 0 = none"
     )
 
     @model_validator(mode="after")

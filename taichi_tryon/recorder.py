@@ -26,14 +26,19 @@ MAPS = {
 
 
 class Recorder:
-    """Output of one run into ``folder``; ``first`` is the number of the first frame still to be written."""
+    """Output of one run into ``folder``, from frame number 0, or on from the ``state`` of an earlier recorder."""
 
-    def __init__(self, observer: Observer, folder: Path, first: int = 0):
-        self.observer, self.folder, self.index = observer, folder, first
+    def __init__(self, observer: Observer, folder: Path, state: dict[str, np.ndarray] | None = None):
+        self.observer, self.folder, self.index = observer, folder, 0
+        # the pose in which the body was last written, and the frame that holds it
+        self._skin_pose: np.ndarray | None = None
+        self._skin_frame: int | None = None
+        if state is not None:
+            self.index, self._skin_pose = int(state["frame_index"]), state["skin_pose"]
+            self._skin_frame = int(state["skin_frame"]) if state["skin_frame"] >= 0 else None
         self.setup = observer.simulation.setup
         self.options = self.setup.scene.output
-        self._written_skin, self._skin_frame = None, None
-        self.frames = FrameWriter(folder, self.options.formats, keep_before=first)
+        self.frames = FrameWriter(folder, self.options.formats, keep_before=self.index)
         self.pictures = self.film = self.renderer = self.last_picture = None
         self.renderer_name, self.message = "none", None
         if self.options.images or self.options.video or self.options.maps:
@@ -72,19 +77,27 @@ class Recorder:
         simulation = self.observer.simulation
         seen = self.observer.observe()
         frames = [self._frame(part, index) for index, part in enumerate(seen)]
-        skin = self.observer.skin()
+        skin, pose = self.observer.skin(), simulation.transforms
         pressed = self.options.body_pressure
-        moved = pressed or skin is not self._written_skin
+        moved = pressed or self._skin_pose is None or not np.array_equal(pose, self._skin_pose)
         new_skin = skin if moved and len(skin[1]) else None
         on_skin = {"pressure_kPa": self.observer.skin_pressure() / 1000} if pressed else None
         self.frames.write(self.index, simulation.progress.time, frames, new_skin, self._skin_frame, on_skin)
         if moved:
-            self._written_skin, self._skin_frame = skin, self.index if new_skin else None
+            self._skin_pose, self._skin_frame = pose, self.index if new_skin else None
         if self.options.images or self.options.video:
             picture = self.pictures.take(self.index, stage.meshes(self.setup, simulation.stepper.x.to_numpy(), skin))
             if self.film is not None:
                 self._film(picture)
         self.index += 1
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What is needed to go on, as arrays."""
+        return {
+            "frame_index": np.array(self.index),
+            "skin_pose": np.zeros((0, 4, 4)) if self._skin_pose is None else self._skin_pose,
+            "skin_frame": np.array(-1 if self._skin_frame is None else self._skin_frame),
+        }
 
     def _frame(self, seen: Observation, index: int) -> GarmentFrame:
         mesh = self.setup.garments[index].mesh

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import signal
 import threading
 import time
@@ -20,7 +19,7 @@ from taichi_tryon.errors import InputError, Interrupted, NoStep, RunError, Tryon
 from taichi_tryon.failure import Failure, explain
 from taichi_tryon.figures import fit_lines
 from taichi_tryon.observe import Observer
-from taichi_tryon.output import checkpoint, report
+from taichi_tryon.output import checkpoint, folder, report
 from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.observation import Inspection
 from taichi_tryon.recorder import Recorder
@@ -32,9 +31,9 @@ from taichi_tryon.skipped import skipped
 from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import CM
 
+# what a checkpoint holds beside the simulation's own state
+RECORDED = ("frame_index", "skin_pose", "skin_frame", "next_frame")
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
-# wall-clock seconds between checkpoints
-CHECKPOINT_EVERY = 30.0
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,8 @@ def run_scene(
 
 
 def _run_scene(scene, output, arch, resume, progress, stop) -> Result:
-    require_writable(output)
+    folder.require_writable(output)
+    folder.require_free(output)
     clock = Stopwatch()
     text = to_yaml(scene)
     state = checkpoint.load(output, text) if resume else None
@@ -83,7 +83,10 @@ def _run_scene(scene, output, arch, resume, progress, stop) -> Result:
     setup = prepare(scene, clock)
     progress("compile", 0.0)
     simulation = Simulation(setup, clock)
+    if state is not None:
+        _restore(simulation, state, output)
     with log_to(output):
+        folder.clear(output, resumed=state is not None)
         one = _Run(simulation, output, text, clock, device, progress, state)
         try:
             return one.go(stop)
@@ -91,12 +94,15 @@ def _run_scene(scene, output, arch, resume, progress, stop) -> Result:
             one.recorder.close()
 
 
-def clear_frames(folder: Path, first: int) -> None:
-    """Remove the frames and pictures that an earlier run left from number ``first`` on: they are not of this run."""
-    for path in (*folder.glob("frames/*_[0-9]*.*"), *folder.glob("images/*.png")):
-        number = path.stem.rpartition("_")[2]
-        if not number.isdigit() or int(number) >= first:
-            path.unlink()
+def _restore(simulation: Simulation, state: dict[str, np.ndarray], output: Path) -> None:
+    """Bring a simulation to where a checkpoint was written. Raises InputError where it is of another program."""
+    try:
+        simulation.restore({name: values for name, values in state.items() if name not in RECORDED})
+        _ = [state[name] for name in RECORDED]
+    except (KeyError, ValueError, TypeError, AttributeError, RuntimeError) as fault:
+        raise InputError(
+            f"{output / checkpoint.NAME}: does not fit this program ({fault}); leave --resume out to start anew"
+        ) from fault
 
 
 class _Run:
@@ -106,16 +112,11 @@ class _Run:
         self.simulation, self.output, self.clock = simulation, output, clock
         self.device, self.text, self.progress = device, text, progress
         self.log = logging.getLogger("taichi_tryon")
-        frame = 0
-        self.next_frame = 0.0
-        if state is not None:
-            frame, self.next_frame = int(state.pop("frame_index")), float(state.pop("next_frame"))
-            simulation.restore(state)
+        self.next_frame = 0.0 if state is None else float(state["next_frame"])
         with clock("output"):
-            clear_frames(output, frame)
             replace_atomically(output / "scene.yaml", lambda path: path.write_text(text))
             self.observer = Observer(simulation)
-            self.recorder = Recorder(self.observer, output, frame)
+            self.recorder = Recorder(self.observer, output, state)
         if self.recorder.message:
             self.log.warning(self.recorder.message)
         self.interval = 1.0 / simulation.scene.output.frames_per_s
@@ -144,6 +145,7 @@ class _Run:
         simulation, saved = self.simulation, time.monotonic()
         if self.recorder.index == 0:
             self._record()
+            self._save()
         while not simulation.finished:
             if stop.asked:
                 raise KeyboardInterrupt
@@ -158,11 +160,12 @@ class _Run:
             self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
             if phase != p.phase:
                 self.log.info("%s done after %d steps, %.3f s simulated", phase, p.steps, p.time)
-            if time.monotonic() - saved > CHECKPOINT_EVERY:
+            if time.monotonic() - saved > simulation.scene.output.checkpoint_s:
                 self._save()
                 saved = time.monotonic()
         if self.step_seconds:  # else the run that went on from a checkpoint was over already
             self._record()
+        folder.clear_frames(self.output, self.recorder.index)
 
     def _record(self) -> None:
         with self.clock("output"):
@@ -171,8 +174,7 @@ class _Run:
 
     def _save(self) -> None:
         with self.clock("output"):
-            state = self.simulation.state()
-            state |= {"frame_index": np.array(self.recorder.index), "next_frame": np.array(self.next_frame)}
+            state = {**self.simulation.state(), **self.recorder.state(), "next_frame": np.array(self.next_frame)}
             checkpoint.save(self.output, self.text, state)
 
     def _outcome(self) -> tuple[str, str]:
@@ -283,31 +285,24 @@ def stop_by_signal() -> Iterator[Stop]:
             signal.signal(number, handler)
 
 
-def require_writable(folder: Path) -> None:
-    """Find out without writing whether an output folder can be made. Raises InputError where not."""
-    try:
-        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    except OSError as fault:
-        raise InputError(f"--output {folder}: cannot be a folder: {fault.strerror}") from fault
-    if not there.is_dir():
-        raise InputError(f"--output {folder}: {there} is a file; choose another folder")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"--output {folder}: {there} is not writable; choose another folder")
-
-
 class _LogFile(logging.FileHandler):
     def handleError(self, record: logging.LogRecord) -> None:
         """A disk that refuses the log refuses more: the run ends by that, without tracebacks from here."""
 
 
 @contextmanager
-def log_to(folder: Path) -> Iterator[None]:
-    """``log.txt`` in the output folder takes what the run has to say."""
+def log_to(path: Path) -> Iterator[None]:
+    """``log.txt`` in the output folder takes what the run has to say, and keeps other runs out."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handler = _LogFile(folder / "log.txt", mode="a")
+        path.mkdir(parents=True, exist_ok=True)
+        handler = _LogFile(path / folder.LOG, mode="a")
     except OSError as fault:
-        raise RunError(f"{folder}: cannot be written: {fault.strerror}; choose another folder with --output") from fault
+        raise RunError(f"{path}: cannot be written: {fault.strerror}; choose another folder with --output") from fault
+    try:
+        folder.lock(handler.stream, path)
+    except InputError:
+        handler.close()
+        raise
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger = logging.getLogger("taichi_tryon")
     logger.setLevel(logging.INFO)

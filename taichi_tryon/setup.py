@@ -12,7 +12,7 @@ from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.dressing.check import crossings
 from taichi_tryon.dressing.place import Dressed, dress
-from taichi_tryon.errors import DressingError
+from taichi_tryon.errors import DressingError, below
 from taichi_tryon.fabric import Moduli
 from taichi_tryon.holds.held import Hold, Holds
 from taichi_tryon.mesh.garment import GarmentMesh, build
@@ -73,10 +73,11 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     garments = []
     for layer, spec in enumerate(scene.garments):
         edge_length = scene.mesh.edge_length_mm * MM
-        if spec.sheet:
-            garments.append(_placed(spec, edge_length, clock))
-        else:
-            garments.append(_dressed(spec, edge_length, clock, body, start, layer))
+        with below("garments", layer):
+            if spec.sheet:
+                garments.append(_placed(spec, edge_length, clock))
+            else:
+                garments.append(_dressed(spec, edge_length, clock, body, start, layer))
     with clock("mesh"):
         fabrics = [(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments]
         cloth = Cloth.join(fabrics, scene.mesh.bending, scene.mesh.membrane)
@@ -89,11 +90,11 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     if scene.contact.layers:
         with clock("dressing"):
             _require_apart(garments, cloth, positions)
-    holds = [
-        Hold.from_spec(name, spec, garment.mesh, part.vertices.start)
-        for garment, part in zip(garments, cloth.parts, strict=True)
-        for name, spec in garment.spec.holds.items()
-    ]
+    holds = []
+    for number, (garment, part) in enumerate(zip(garments, cloth.parts, strict=True)):
+        for name, spec in garment.spec.holds.items():
+            with below("garments", number, "holds", name):
+                holds.append(Hold.from_spec(name, spec, garment.mesh, part.vertices.start))
     held = Holds.of(holds, positions)
     cloth = cloth.clamped(~held.free.any(axis=1))
     return Setup(scene, body, motion, tuple(garments), cloth, positions, velocities, held)
@@ -112,22 +113,23 @@ def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray)
         names = np.concatenate([[f"{g.name}.{g.mesh.panel_names[p]}" for p in g.mesh.panel] for g in garments])
         one, other = names[pairs[0]]
         raise DressingError(
-            f"contact.layers: {len(pairs)} pairs of triangles cross at the start, the first of {one} and {other}; "
-            "change the dressing there, raise dressing.layer_mm of the outer garment, or leave contact.layers out"
+            f"{len(pairs)} pairs of triangles cross at the start, the first of {one} and {other}; change the dressing "
+            "there, raise dressing.layer_mm of the outer garment, or leave contact.layers out",
+            at=("contact", "layers"),
         )
 
 
 def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray, layer: int) -> Garment:
-    with clock("mesh"):
+    with clock("mesh"), below("pattern"):
         pattern = changed(Pattern.from_spec(spec.pattern), spec.open, spec.bands)
         mesh = build(pattern, edge_length, spec.name)
-    with clock("dressing"):
+    with clock("dressing"), below("dressing"):
         dressed = dress(pattern, mesh, spec.dressing, body, transforms, layer)
     return Garment(spec, mesh, dressed, np.zeros_like(dressed.positions))
 
 
 def _placed(spec: GarmentSpec, edge_length: float, clock) -> Garment:
-    with clock("mesh"):
+    with clock("mesh"), below("sheet"):
         mesh = sheet_mesh(spec.sheet, edge_length, spec.name, joined((), spec.bands))
     positions, velocities = place(spec.sheet, mesh)
     return Garment(spec, mesh, Dressed(positions, (), ()), velocities)

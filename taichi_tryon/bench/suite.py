@@ -56,11 +56,13 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls"),
+    "stability": ("bad_input", "kills"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
 PEERS = ("pareto",)
 PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth, "skip": plot_skips}
+"""What draws a suite's records, where they are drawn."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,8 @@ def run_suite(
     found = {"suite": suite, "versions": versions(), "device": vars(device), "records": [asdict(r) for r in records]}
     text = json.dumps({**found, "failed": failed}, indent=2, allow_nan=False) + "\n"
     replace_atomically(output / f"{suite}.json", lambda path: path.write_text(text))
-    PLOTS[suite](records, output)
+    if suite in PLOTS:
+        PLOTS[suite](records, output)
     return Finished(records, failed)
 
 

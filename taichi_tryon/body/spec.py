@@ -6,10 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
-from taichi_tryon.spec import Spec, fault
+from taichi_tryon.spec import LARGEST, Spec, Vector, fault, require_direction
 
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-Radius = Annotated[float, Field(gt=0, allow_inf_nan=True)]
+Radius = Annotated[float, Field(ge=0.01, allow_inf_nan=True)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 DEGREES = "about the world axes x, y, z: first x, then y, then z, each about the unturned axis"
@@ -30,7 +29,9 @@ class BallSpec(Spec):
         description="where the density ends along the ball's own axes; .inf along one: a cylinder, along two: a slab"
     )
     rotation_degree: Vector = Field(default=[0.0, 0.0, 0.0], description=f"turns the ball's axes, {DEGREES}")
-    weight: float = Field(gt=0, description="density at the centre; the skin of a ball alone needs more than 1")
+    weight: float = Field(
+        ge=1e-6, le=1e6, description="density at the centre; the skin of a ball alone needs more than 1"
+    )
     groups: list[str] = Field(min_length=1, description="groups in which it fuses; a second one is the paper's copy A'")
     bones: dict[str, Share] = Field(
         min_length=1, max_length=2, description="bone or two bones that carry the ball, with shares that sum to 1"
@@ -41,6 +42,8 @@ class BallSpec(Spec):
     def _bounded_somewhere(cls, radii: list[float]) -> list[float]:
         if any(r != r for r in radii):
             raise fault("a radius is not a number; give centimetres or .inf")
+        if any(LARGEST < r < float("inf") for r in radii):
+            raise fault(f"a finite radius must not exceed {LARGEST:g} (got {max(radii):g}); .inf makes a cylinder")
         if all(r == float("inf") for r in radii):
             raise fault("all three radii are infinite; at least one must be finite")
         return radii
@@ -67,13 +70,14 @@ class MeasurementSpec(Spec):
     point_cm: Vector = Field(description="a point of the plane inside the body, in the rest pose")
     normal: Vector = Field(description="normal of the plane in the rest pose, any length")
     groups: list[str] = Field(min_length=1, description="groups that the tape goes around")
-    published_cm: float | None = Field(default=None, gt=0, description="the girth this body was made to have")
+    published_cm: float | None = Field(
+        default=None, gt=0, le=LARGEST, description="the girth this body was made to have"
+    )
 
     @field_validator("normal")
     @classmethod
     def _direction(cls, normal: list[float]) -> list[float]:
-        if not any(normal):
-            raise fault("the normal is zero; give a direction")
+        require_direction(normal)
         return normal
 
 
@@ -102,6 +106,7 @@ class BodySpec(Spec):
                 for group in part.groups:
                     if group not in self.groups:
                         raise fault(f"no group '{group}'; groups: {', '.join(self.groups)}", kind, name, "groups")
+        self._check_groups()
         for name, ball in self.balls.items():
             for bone in ball.bones:
                 _require_bone(bone, known, "balls", name, "bones")
@@ -109,6 +114,14 @@ class BodySpec(Spec):
             for name, part in parts.items():
                 _require_bone(part.bone, known, kind, name, "bone")
         return self
+
+    def _check_groups(self) -> None:
+        filled = {group for ball in self.balls.values() for group in ball.groups}
+        for index, group in enumerate(self.groups):
+            if group in self.groups[:index]:
+                raise fault(f"{group} is named twice", "groups", index)
+            if group not in filled:
+                raise fault(f"no ball is in group '{group}'", "groups", index)
 
 
 class PoseSpec(Spec):

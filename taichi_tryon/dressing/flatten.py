@@ -76,10 +76,12 @@ def remap_rows(rectangle: np.ndarray, rows: list[np.ndarray], panel: str, disks:
         order = np.argsort(row[:, 1], kind="stable")
         levels.append(np.interp(t, row[order, 1], row[order, 0]))
         if (levels[-1] - levels[-2]).min() <= 0:
-            raise DressingError(f"panel '{panel}': its line on disk '{disk}' does not lie below the line before it")
+            message = f"panel '{panel}': its line on disk '{disk}' does not lie below the line before it"
+            raise DressingError(message, at=("rows", disk))
     levels.append(np.ones_like(v))
     if (levels[-1] - levels[-2]).min() <= 0:
-        raise DressingError(f"panel '{panel}': its line on disk '{disks[-2]}' does not lie above its bottom")
+        message = f"panel '{panel}': its line on disk '{disks[-2]}' does not lie above its bottom"
+        raise DressingError(message, at=("rows", disks[-2]))
     levels = np.array(levels)
     k = np.clip((levels[1:-1] <= v).sum(axis=0), 0, len(levels) - 2)
     i = np.arange(len(v))

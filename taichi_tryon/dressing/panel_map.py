@@ -72,7 +72,8 @@ def map_panel(spec: DressingSpec, pattern: Pattern, mesh: GarmentMesh, name: str
     folded = signed_areas(triangles, np.stack([t, -u], axis=1)) < -1e-9
     if folded.any():
         disk = disks[int(round(u[triangles[folded]].mean()))]
-        raise DressingError(f"panel '{name}': {folded.sum()} triangles fold near disk '{disk}'; straighten its rows")
+        message = f"panel '{name}': {folded.sum()} triangles fold near disk '{disk}'; straighten its rows"
+        raise DressingError(message, at=("rows",))
     sides = np.unique(local[np.concatenate([left, right])])
     laid = np.unique(local[np.concatenate([top, bottom])])
     return PanelMap(name, tuple(disks), vertices, triangles, weights, u, t, sides, laid)
@@ -107,9 +108,10 @@ def _sides(spec: DressingSpec, pattern: Pattern, panel: Panel, mesh: GarmentMesh
     """Edges of top, right, bottom and left, each in the order of a counter-clockwise walk, darts left out."""
     where = spec.panels[panel.name]
     names = [edge.name for edge in panel.edges]
-    for edge in (*where.top, *where.bottom):
-        if edge not in names:
-            raise DressingError(f"panel '{panel.name}' has no edge '{edge}'; edges: {', '.join(names)}")
+    for key, edges in (("top", where.top), ("bottom", where.bottom)):
+        for edge in edges:
+            if edge not in names:
+                raise DressingError(f"panel '{panel.name}' has no edge '{edge}'; edges: {', '.join(names)}", at=(key,))
     walk = np.concatenate([mesh.edge_points[(panel.name, edge)][:-1] for edge in names])
     x, y = mesh.pattern_points[walk].T
     clockwise = (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0
@@ -120,7 +122,8 @@ def _sides(spec: DressingSpec, pattern: Pattern, panel: Panel, mesh: GarmentMesh
         first, last = spec.disks_of(panel.name)[0], spec.disks_of(panel.name)[-1]
         raise DressingError(
             f"panel '{panel.name}': the edges on disk '{first}' and those on disk '{last}' must each be one run "
-            f"of its outline, with other edges between them on both sides; outline: {', '.join(order)}"
+            f"of its outline, with other edges between them on both sides; outline: {', '.join(order)}",
+            at=("top",),
         )
     runs = [[order[i % len(order)] for i in range(a, b if b > a else b + len(order))]
             for a, b in zip(starts, starts[1:] + starts[:1], strict=True)]  # fmt: skip
@@ -170,11 +173,12 @@ def _row_fractions(
         if isinstance(end, str):
             edge, which = end.split(".")
             if (panel.name, edge) not in mesh.edge_points:
-                raise DressingError(f"{place}: no edge '{edge}'; edges: {', '.join(e.name for e in panel.edges)}")
+                names = ", ".join(edge.name for edge in panel.edges)
+                raise DressingError(f"{place}: no edge '{edge}'; edges: {names}", at=("rows", disk))
             point = mesh.edge_points[(panel.name, edge)][0 if which == "start" else -1]
             found = np.flatnonzero(chain == point)
             if not len(found):
-                raise DressingError(f"{place}: {end} does not lie on that side")
+                raise DressingError(f"{place}: {end} does not lie on that side", at=("rows", disk))
             shares.append(float(arc[found[0]]))
         else:
             y = points[:, 1] - end * CM
@@ -182,10 +186,12 @@ def _row_fractions(
             if not len(found):
                 low, high = points[:, 1].min() / CM, points[:, 1].max() / CM
                 raise DressingError(
-                    f"{place}: the side does not cross y = {end:g} cm; it spans {high:.1f} to {low:.1f}"
+                    f"{place}: the side does not cross y = {end:g} cm; it spans {high:.1f} to {low:.1f}",
+                    at=("rows", disk),
                 )
             i = found[0]
             shares.append(float(arc[i] + (arc[i + 1] - arc[i]) * y[i] / (y[i] - y[i + 1])))
         if shares[-1] <= shares[-2] or shares[-1] >= 1:
-            raise DressingError(f"{place}: it must lie below the row before it and above the bottom")
+            message = f"{place}: it must lie below the row before it and above the bottom"
+            raise DressingError(message, at=("rows", disk))
     return np.array([*shares, 1.0])

@@ -18,7 +18,7 @@ from taichi_tryon.dressing.panel_map import PanelMap, map_panel
 from taichi_tryon.dressing.relax import clear, draw_together, neighbour_matrix, part_rims, untangle
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.dressing.surface import RuledSurface, push_along_radius
-from taichi_tryon.errors import DressingError
+from taichi_tryon.errors import DressingError, below
 from taichi_tryon.mesh.garment import GarmentMesh
 from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.units import MM
@@ -60,8 +60,14 @@ def dress(
     extra = layer * spec.layer_mm * MM
     clearance = spec.clearance_mm * MM + extra
     names = sorted({disk for panel in mesh.panel_names for disk in spec.disks_of(panel)})
-    disks = {name: make_disk(spec, name, body, transforms, balls, extra) for name in names}
-    maps = [map_panel(spec, pattern, mesh, name) for name in mesh.panel_names]
+    disks = {}
+    for name in names:
+        with below("disks", name):
+            disks[name] = make_disk(spec, name, body, transforms, balls, extra)
+    maps = []
+    for name in mesh.panel_names:
+        with below("panels", name):
+            maps.append(map_panel(spec, pattern, mesh, name))
     placed = []
     for m in maps:
         first, last = spec.panels[m.panel].around
@@ -84,11 +90,13 @@ def dress(
 def _check_names(pattern: Pattern, spec: DressingSpec) -> None:
     for name in pattern.panels:
         if name not in spec.panels:
-            raise DressingError(f"dressing '{spec.dressing}' lacks panel '{name}' of pattern '{pattern.name}'")
+            raise DressingError(
+                f"dressing '{spec.dressing}' lacks panel '{name}' of pattern '{pattern.name}'", at=("panels",)
+            )
     for name in spec.panels:
         if name not in pattern.panels:
             raise DressingError(f"dressing '{spec.dressing}': pattern '{pattern.name}' has no panel '{name}'; "
-                                f"panels: {', '.join(pattern.panels)}")  # fmt: skip
+                                f"panels: {', '.join(pattern.panels)}", at=("panels", name))  # fmt: skip
 
 
 def _check_order(spec: DressingSpec, panel: str, surface: RuledSurface) -> None:
@@ -99,7 +107,8 @@ def _check_order(spec: DressingSpec, panel: str, surface: RuledSurface) -> None:
             share = round(100 * float((along <= 0).mean()))
             raise DressingError(
                 f"dressing '{spec.dressing}', panel '{panel}': disk '{lower.name}' does not lie beyond disk "
-                f"'{upper.name}' on {share} % of the way round; mend their order, places or normals"
+                f"'{upper.name}' on {share} % of the way round; mend their order, places or normals",
+                at=("surfaces", spec.panels[panel].surface),
             )
 
 
@@ -120,7 +129,8 @@ def _check(
         raise DressingError(
             f"dressing '{spec.dressing}': {_place(worst, mesh, maps)} is {_side(gaps[worst])} "
             f"({least * 1e3:.1f} mm outside is the least); "
-            f"widen the disk, or put another one where the surface cuts through the body"
+            f"widen the disk, or put another one where the surface cuts through the body",
+            at=_disk_at(worst, mesh, maps),
         )
     excused = _beside_stretched_seams(mesh, spec, pattern)
     bad = pairs[~(excused[pairs[:, 0]] & excused[pairs[:, 1]])]
@@ -128,7 +138,8 @@ def _check(
         raise DressingError(
             f"dressing '{spec.dressing}': {len(bad)} pairs of triangles cross, "
             f"the first {_place(bad[0, 0], mesh, maps)} with "
-            f"{_place(bad[0, 1], mesh, maps)}; widen the outer of the two disks or narrow the inner one"
+            f"{_place(bad[0, 1], mesh, maps)}; widen the outer of the two disks or narrow the inner one",
+            at=_disk_at(bad[0, 0], mesh, maps),
         )
     if len(pairs):
         seams = ", ".join(spec.stretched_seams)
@@ -143,17 +154,27 @@ def _side(gap: float) -> str:
 def _place(triangle: int, mesh: GarmentMesh, maps: list[PanelMap]) -> str:
     """Panel of a triangle and the disk nearest to it, in words."""
     m = maps[int(mesh.panel[triangle])]
+    return f"panel '{m.panel}' near disk '{_nearest_disk(triangle, mesh, m)}'"
+
+
+def _disk_at(triangle: int, mesh: GarmentMesh, maps: list[PanelMap]) -> tuple[str, str]:
+    """Where the disk nearest to a triangle stands in the dressing."""
+    return "disks", _nearest_disk(triangle, mesh, maps[int(mesh.panel[triangle])])
+
+
+def _nearest_disk(triangle: int, mesh: GarmentMesh, m: PanelMap) -> str:
     u = m.u[np.isin(m.vertices, mesh.triangles[triangle])].mean()
-    return f"panel '{m.panel}' near disk '{m.disks[int(round(u))]}'"
+    return m.disks[int(round(u))]
 
 
 def _beside_stretched_seams(mesh: GarmentMesh, spec: DressingSpec, pattern: Pattern) -> np.ndarray:
     """(nt,) bool: triangles with a corner within two rings of an edge named as stretched."""
     marked = np.zeros(mesh.vertex_count, bool)
-    for entry in spec.stretched_seams:
+    for index, entry in enumerate(spec.stretched_seams):
         found = [points for (_, edge), points in mesh.edge_points.items() if edge == entry]
         if not found:
-            raise DressingError(f"dressing '{spec.dressing}': stretched_seams: no edge is named '{entry}'")
+            message = f"dressing '{spec.dressing}': no edge is named '{entry}'"
+            raise DressingError(message, at=("stretched_seams", index))
         marked[mesh.point_vertex[np.concatenate(found)]] = True
     for _ in range(2):
         marked[mesh.triangles[marked[mesh.triangles].any(axis=1)]] = True
@@ -167,7 +188,8 @@ def _fit_lines(spec: DressingSpec, mesh: GarmentMesh) -> tuple[FitLine, ...]:
                   for edges, at in ((where.top, 0), (where.bottom, -1)) if spec.disks_of(panel)[at] == disk
                   for edge in edges]  # fmt: skip
         if not points:
-            raise DressingError(f"dressing '{spec.dressing}': line '{name}': no top or bottom lies on disk '{disk}'")
+            message = f"dressing '{spec.dressing}': line '{name}': no top or bottom lies on disk '{disk}'"
+            raise DressingError(message, at=("lines", name))
         vertices = np.unique(mesh.point_vertex[np.concatenate(points)])
         lines.append(FitLine(name, disk, vertices, spec.disks[disk].turns_with))
     return tuple(lines)

@@ -6,14 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from taichi_tryon.spec import Spec, fault
+from taichi_tryon.spec import Number, Spec, Vector, fault, require_direction
 
-Vector = Annotated[
-    list[float],
-    Field(min_length=3, max_length=3, description="x, y, z: y up, z front, x the wearer's left"),
-]
 Corner = Annotated[str, Field(pattern=r"^\w+\.(start|end)$", description="End of a panel's edge: `shoulder.start`")]
-RowEnd = float | Corner
+RowEnd = Number | Corner
 
 
 class DiskSpec(Spec):
@@ -26,11 +22,11 @@ class DiskSpec(Spec):
     bisects_with: str | None = Field(None, description="Second bone: the disk turns by the mean of both bones' turns")
     start: Vector = Field(description="Direction of theta = 0 from the centre, in the rest pose")
     groups: list[str] = Field(min_length=1, description="Ball groups that make the section")
-    reach_cm: float = Field(30.0, gt=0, le=100, description="The section is looked for within this distance of `at`")
+    reach_cm: float = Field(30.0, ge=0.1, le=100, description="The section is looked for within this distance of `at`")
     outline: Literal["tape", "ellipse", "circle"] = Field(
         "tape", description="Rim: convex hull of the section, ellipse about it, or circle of its largest radius"
     )
-    ease_cm: float = Field(gt=0, le=60, description="Distance from the section to the rim")
+    ease_cm: float = Field(ge=0.01, le=60, description="Distance from the section to the rim")
     lift_cm: float = Field(0.0, ge=-100, le=100, description="Shift of the rim against the normal")
     pulled_up_cm: float = Field(
         0.0, ge=-20, le=20, description="As lift_cm, but beyond where the garment belongs: it slides back as it sits"
@@ -41,8 +37,7 @@ class DiskSpec(Spec):
     def _directions(self):
         n, s = self.normal, self.start
         for key, v in (("normal", n), ("start", s)):
-            if not any(v):
-                raise fault("a direction cannot be zero", key)
+            require_direction(v, key)
         cross = [n[1] * s[2] - n[2] * s[1], n[2] * s[0] - n[0] * s[2], n[0] * s[1] - n[1] * s[0]]
         if sum(c * c for c in cross) < 1e-4 * sum(c * c for c in n) * sum(c * c for c in s):
             raise fault("start must not be parallel to the normal", "start")
@@ -94,8 +89,8 @@ class DressingSpec(Spec):
     held_up: bool = Field(
         False, description="hands hold the garment up until it sits (trousers): it bears no weight while dressed"
     )
-    clearance_mm: float = Field(5.0, gt=0, le=100, description="Least distance of the start from the body")
-    layer_mm: float = Field(3.0, gt=0, le=100, description="Further distance for each garment underneath")
+    clearance_mm: float = Field(5.0, ge=0.1, le=100, description="Least distance of the start from the body")
+    layer_mm: float = Field(3.0, ge=0.1, le=100, description="Further distance for each garment underneath")
 
     @model_validator(mode="after")
     def _references(self):

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from taichi_tryon.body.spec import DEGREES, Vector
-from taichi_tryon.spec import Pair, Spec, fault
+from taichi_tryon.body.spec import DEGREES
+from taichi_tryon.spec import Number, Pair, Spec, Vector, fault
 
 CHOICES = ("points_cm", "edge", "area_cm", "disk_cm")
 
@@ -15,7 +15,7 @@ CHOICES = ("points_cm", "edge", "area_cm", "disk_cm")
 class HoldStepSpec(Spec):
     """A place to reach from the one before, seen from the start."""
 
-    duration_s: float = Field(gt=0, le=600, description="time from the place before")
+    duration_s: float = Field(ge=1e-3, le=600, description="time from the place before")
     translation_cm: Vector = Field([0.0, 0.0, 0.0], description="shift from the start")
     rotation_degree: Vector = Field([0.0, 0.0, 0.0], description=f"turn from the start about about_cm, {DEGREES}")
 
@@ -31,7 +31,7 @@ class HoldSpec(Spec):
     area_cm: Annotated[list[Pair], Field(min_length=2, max_length=2)] | None = Field(
         None, description="all vertices between the corners [x, y] and [x, y] of the flat panel: holds the slope too"
     )
-    disk_cm: Annotated[list[float], Field(min_length=3, max_length=3)] | None = Field(
+    disk_cm: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = Field(
         None, description="all vertices in the disk [x, y, diameter] of the flat panel: holds the slope too"
     )
     panel: str | None = Field(None, description="which panel; null: the only one")

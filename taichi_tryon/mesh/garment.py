@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from taichi_tryon.errors import below
 from taichi_tryon.mesh.bands import Tapes, lay_tapes
 from taichi_tryon.mesh.ears import open_crowded_ears
 from taichi_tryon.mesh.sampling import EdgeSamples, sample_edges
@@ -84,7 +85,8 @@ def build(pattern: Pattern, edge_length: float, name: str) -> GarmentMesh:
     samples = sample_edges(pattern, edge_length)
     flats: dict[str, _Flat] = {}
     for panel in pattern.panels.values():
-        flats[panel.name] = _mesh_panel(panel, samples, edge_length, flats.get(panel.mirror_of or ""))
+        with below("panels", panel.mirror_of or panel.name):
+            flats[panel.name] = _mesh_panel(panel, samples, edge_length, flats.get(panel.mirror_of or ""))
 
     first_point = dict(zip(flats, np.cumsum([0] + [len(flat.points) for flat in flats.values()]), strict=False))
     points = np.concatenate([flat.points for flat in flats.values()])
@@ -114,7 +116,8 @@ def build(pattern: Pattern, edge_length: float, name: str) -> GarmentMesh:
         tapes=lay_tapes(pattern.bands, points, point_vertex, edge_points),
         opened=_opened(edge_points, point_vertex, samples),
     )
-    _ = mesh.topology  # refuses what is not a cloth
+    with below("seams"):
+        _ = mesh.topology  # refuses what is not a cloth
     return mesh
 
 

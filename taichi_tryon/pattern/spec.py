@@ -11,11 +11,10 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from taichi_tryon.pattern import check
 from taichi_tryon.pattern.edge import Edge
 from taichi_tryon.pattern.panel import Band, Closure, Panel, Pattern, Seam
-from taichi_tryon.spec import Spec, fault
+from taichi_tryon.spec import LARGEST, Number, Pair, Spec, fault
 from taichi_tryon.units import CM
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-Coordinates = Annotated[list[float], Field(min_length=2, max_length=2)]
 EdgeReference = Annotated[list[Name], Field(min_length=2, max_length=2)]
 
 
@@ -24,9 +23,9 @@ def _point(value: Any) -> str | list[float]:
     if isinstance(value, str):
         return value
     is_pair = isinstance(value, list) and len(value) == 2
-    if is_pair and all(isinstance(x, int | float) and not isinstance(x, bool) and np.isfinite(x) for x in value):
+    if is_pair and all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST for x in value):
         return [float(x) for x in value]
-    raise fault(f"a point is a name from points_cm or two coordinates [x, y] in cm, got {value!r}")
+    raise fault(f"a point is a name from points_cm or two coordinates [x, y] in cm up to {LARGEST:g}, got {value!r}")
 
 
 PointReference = Annotated[
@@ -66,9 +65,9 @@ class PanelSpec(Spec):
     """A panel drawn from outside the wearer, y up; its edges follow each other round the outline."""
 
     note: str = Field(default="", description="what the panel is, in words")
-    points_cm: dict[Name, Coordinates] = Field(default_factory=dict, description="named points [x, y] of the draft")
-    grain: Coordinates = Field(default=[0, 1], description="warp direction [x, y], of any length")
-    levels_cm: dict[Name, float] = Field(default_factory=dict, description="heights y of lines: bust, waist ...")
+    points_cm: dict[Name, Pair] = Field(default_factory=dict, description="named points [x, y] of the draft")
+    grain: Pair = Field(default=[0, 1], description="warp direction [x, y], of any length")
+    levels_cm: dict[Name, Number] = Field(default_factory=dict, description="heights y of lines: bust, waist ...")
     edges: list[EdgeSpec] = Field(min_length=2, description="the outline, edge after edge")
 
     def coordinates(self, point: str | list[float]) -> np.ndarray:
@@ -94,7 +93,7 @@ class SeamSpec(Spec):
     direction: Literal["reverse", "same"] = Field(
         default="reverse", description="reverse: the end of b meets the start of a; same: start meets start"
     )
-    ease_cm: float = Field(default=0.0, ge=0, description="how much the lengths of the two sides may differ")
+    ease_cm: float = Field(default=0.0, ge=0, le=1000, description="how much the lengths of the two sides may differ")
     closure: Closure | None = Field(
         default=None,
         description="scenes may open it; zip: closed all along; buttons: only at buttons_cm; null: sewn for good",
@@ -123,11 +122,11 @@ class BandSpec(Spec):
     name: Name = Field(description="name of the band, for messages")
     edges: list[EdgeReference] = Field(min_length=1, description="edges [panel, edge] that it is sewn to")
     length_cm: float | None = Field(
-        default=None, gt=0, le=1000, description="its length at rest; null: that of the edges; shorter gathers them"
+        default=None, ge=0.1, le=1000, description="its length at rest; null: that of the edges; shorter gathers them"
     )
     stiffness_N: float | None = Field(
         default=None,
-        gt=0,
+        ge=1e-6,
         le=1e5,
         description="tension over stretch, or else give tension_N and at_stretch_percent; a doubled band of cloth: "
         "2 x width x tensile rigidity",
@@ -152,8 +151,8 @@ class DraftSpec(Spec):
     """Where the pattern comes from: kept for the reader, not used in computing."""
 
     body: str = Field(description="the body it was drafted for")
-    measurements_cm: dict[str, float] = Field(default_factory=dict, description="measurements of that body")
-    design_cm: dict[str, float] = Field(default_factory=dict, description="chosen eases and lengths")
+    measurements_cm: dict[str, Number] = Field(default_factory=dict, description="measurements of that body")
+    design_cm: dict[str, Number] = Field(default_factory=dict, description="chosen eases and lengths")
     reasons: dict[str, str] = Field(default_factory=dict, description="for each point or line, how it was found")
 
 

@@ -8,6 +8,7 @@ from taichi_tryon.body.spec import BodySpec, PoseSpec
 from taichi_tryon.dressing.spec import DressingSpec
 from taichi_tryon.pattern import changes
 from taichi_tryon.pattern.panel import Pattern
+from taichi_tryon.scene.mesh_size import MOST_VERTICES, vertex_estimate
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
 
 Disagreement = tuple[tuple[str | int, ...], str]
@@ -17,8 +18,8 @@ THICKEST = 0.5
 
 
 def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
-    """Every name in one part that another part does not have, and layers too thick for the mesh: where it stands in
-    the scene, and the message."""
+    """Every name in one part that another part does not have, layers too thick for the mesh, and meshes too large for
+    any memory: where it stands in the scene, and the message."""
     if scene.body is None:
         yield from _without_body(scene)
     else:
@@ -31,6 +32,12 @@ def disagreements(scene: SceneSpec) -> Iterator[Disagreement]:
         yield (
             ("contact", "layers"),
             f"thickness_mm must not exceed half of mesh.edge_length_mm, {thickest:g} (got {layers.thickness_mm:g})",
+        )
+    vertices = sum(vertex_estimate(garment, scene.mesh.edge_length_mm) for garment in scene.garments)
+    if vertices > MOST_VERTICES:
+        yield (
+            ("mesh", "edge_length_mm"),
+            f"the garments would have about {vertices:.1g} vertices; the most are {MOST_VERTICES:.0g}: make it longer",
         )
     names = [garment.name for garment in scene.garments]
     holds: set[str] = set()
@@ -103,6 +110,12 @@ def _panels(garment: GarmentSpec, *where: str | int) -> Iterator[Disagreement]:
     for panel in panels:
         if panel not in garment.dressing.panels:
             yield (*where, "panels"), f"panel {panel} of pattern {garment.pattern.pattern} is laid nowhere"
+            continue
+        drawn = garment.pattern.panels[garment.pattern.mirrored_panels.get(panel, panel)]
+        edges = [edge.name for edge in drawn.edges]
+        for key in ("top", "bottom"):
+            for index, edge in enumerate(getattr(garment.dressing.panels[panel], key)):
+                yield from _known(edge, edges, f"an edge of panel {panel}", *where, "panels", panel, key, index)
 
 
 def _known(name: str, allowed: object, what: str, *where: str | int) -> Iterator[Disagreement]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -21,9 +23,34 @@ from taichi_tryon.scene.yaml_source import Node, read_yaml
 Part = TypeVar("Part", bound=BaseModel)
 
 
+@dataclass(frozen=True)
+class Read(Generic[Part]):
+    """A part, and the ``root`` of the tree that remembers where each of its values stands."""
+
+    part: Part
+    root: Node
+
+    @contextmanager
+    def naming_places(self) -> Iterator[None]:
+        """Input that is found at fault in here is told with the places of the files it was read from."""
+        try:
+            yield
+        except InputError as error:
+            if not error.at:
+                raise
+            faults = [{"type": "fault", "loc": error.at, "msg": message} for message in error.faults]
+            raise InputError(*(describe(fault, self.root, type(self.part)) for fault in faults)) from error
+
+
+def read_scene(path: Path | str, overrides: Iterable[str] = ()) -> Read[SceneSpec]:
+    """The scene of a YAML file with all its parts and their places. Raises InputError with every fault of every
+    file."""
+    return read_part(path, SceneSpec, overrides, disagreements)
+
+
 def load_scene(path: Path | str, overrides: Iterable[str] = ()) -> SceneSpec:
     """The scene of a YAML file with all its parts. Raises InputError with every fault of every file."""
-    return load_part(path, SceneSpec, overrides, disagreements)
+    return read_scene(path, overrides).part
 
 
 def load_body_and_pose(body: Path | str, pose: Path | str | None) -> tuple[BodySpec, PoseSpec | None]:
@@ -33,11 +60,18 @@ def load_body_and_pose(body: Path | str, pose: Path | str | None) -> tuple[BodyS
 
 
 def load_part(
+    path: Path | str, model: type[Part], check: Callable[[Part], Iterable[Disagreement]] = lambda part: ()
+) -> Part:
+    """One part (a body, a pose, ...) of a YAML file, see ``read_part``. Raises InputError."""
+    return read_part(path, model, (), check).part
+
+
+def read_part(
     path: Path | str,
     model: type[Part],
     overrides: Iterable[str] = (),
     check: Callable[[Part], Iterable[Disagreement]] = lambda part: (),
-) -> Part:
+) -> Read[Part]:
     """One part (a body, a pose, ...) of a YAML file; ``overrides``, texts ``key.path=value``, are set in turn.
 
     ``check`` gives further faults of a part that is valid by itself, each with its location. Raises InputError.
@@ -62,7 +96,7 @@ def load_part(
     # A file used twice has each fault once.
     if found := [*dict.fromkeys(filter(None, faults))]:
         raise InputError(*found)
-    return part
+    return Read(part, root)
 
 
 def _unread(node: Node) -> Iterator[str]:

@@ -29,7 +29,7 @@ class AppearanceSpec(Spec):
 
     color: str = Field("#8fb3d9", pattern=r"^#[0-9a-fA-F]{6}$", description="colour of the cloth, red green blue")
     checker_mm: float | None = Field(
-        None, gt=0, le=500, description="squares of this size along warp and weft show the grain; null: plain"
+        None, ge=0.1, le=500, description="squares of this size along warp and weft show the grain; null: plain"
     )
 
 
@@ -68,7 +68,7 @@ class MotionStepSpec(Spec):
     """A pose to reach from the one before."""
 
     pose: Annotated[PoseSpec, REFERENCE] = Field(description="pose at the end of this step")
-    duration_s: float = Field(gt=0, le=600, description="time from the pose before")
+    duration_s: float = Field(ge=1e-3, le=600, description="time from the pose before")
 
 
 class MeshSpec(Spec):
@@ -97,7 +97,7 @@ class LayersSpec(Spec):
 
     thickness_mm: float = Field(
         1.0,
-        gt=0,
+        ge=0.01,
         le=10,
         description="distance t between the middle surfaces of two layers at which they begin to touch",
     )
@@ -111,7 +111,10 @@ class ContactSpec(Spec):
 
     friction: float = Field(0.3, ge=0, le=2, description="Coulomb friction coefficient of cloth on body")
     thickness_mm: float = Field(
-        0.5, gt=0, le=10, description="distance t from the skin at which the cloth's middle surface begins to feel it"
+        0.5,
+        ge=0.01,
+        le=10,
+        description="distance t from the skin at which the cloth's middle surface begins to feel it",
     )
     stiffness_N_per_m3: float = Field(
         1.0e7, ge=1e4, le=1e10, description="k: at the depth d below t the pressure is k d^2 / t, at the skin k t"
@@ -124,8 +127,8 @@ class ContactSpec(Spec):
 class SolverSpec(Spec):
     """Time stepping and linear solver."""
 
-    step_s: float = Field(1 / 60, gt=0, le=0.1, description="time step, where nothing asks for a smaller one")
-    min_step_s: float = Field(1e-5, gt=0, le=0.1, description="smaller steps are not tried: the run fails")
+    step_s: float = Field(1 / 60, ge=1e-7, le=0.1, description="time step, where nothing asks for a smaller one")
+    min_step_s: float = Field(1e-5, ge=1e-9, le=0.1, description="smaller steps are not tried: the run fails")
     scheme: Literal["backward_euler", "tr_bdf2"] = Field(
         "backward_euler",
         description="time integration of drape and motion; backward_euler: first order, damps much; tr_bdf2: second "
@@ -145,7 +148,10 @@ class SolverSpec(Spec):
         0.05, gt=0, lt=1, description="a step is solved when its out-of-balance force is this part of the weight"
     )
     longest_move_mm: float = Field(
-        20.0, gt=0, le=100, description="no vertex goes further in one Newton iteration: it must not jump over a limb"
+        20.0,
+        ge=1e-3,
+        le=100,
+        description="no vertex goes further in one Newton iteration: it must not jump over a limb",
     )
     linear_tolerance: float = Field(1e-2, gt=0, lt=1, description="relative residual at which conjugate gradients stop")
     max_linear_iterations: int = Field(500, ge=1, le=100_000, description="conjugate-gradient steps a Newton iteration")
@@ -178,7 +184,7 @@ class SettleSpec(Spec):
 class OutputSpec(Spec):
     """What is written."""
 
-    frames_per_s: float = Field(30.0, gt=0, le=1000, description="frames for each second simulated")
+    frames_per_s: float = Field(30.0, ge=0.01, le=1000, description="frames for each second simulated")
     formats: list[FrameFormat] = Field(["vtu"], description="mesh files; all but vtu hold positions only")
     views: list[View] = Field(["front", "right"], description="cameras; 'right' looks at the wearer's right side")
     image_size: Annotated[list[Annotated[int, Field(ge=16, le=8192)]], Field(min_length=2, max_length=2)] = Field(
@@ -186,6 +192,9 @@ class OutputSpec(Spec):
     )
     images: bool = Field(True, description="write PNG pictures")
     video: bool = Field(True, description="write the film")
+    checkpoint_s: float = Field(
+        30.0, ge=0, le=1e6, description="wall-clock time between checkpoints, from which a run that was killed goes on"
+    )
     maps: list[Map] = Field(
         [], description="pictures of the last frame coloured by these; body_pressure: on the body, without the cloth"
     )

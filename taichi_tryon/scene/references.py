@@ -72,11 +72,10 @@ def _is_list(annotation: Any) -> bool:
 
 def _follow(node: Node, where: str) -> Node:
     path = Path(os.path.normpath(node.place.folder / node.value))
-    if not path.is_file():
-        what = "not a file" if path.exists() else "no such file"
-        hint = _similar(path)
-        reason = f"{what}: {path}{hint} (a path starts at the folder of the file that names it)"
-        return Node(None, node.place, faults=(f"{node.place}: {where}: {reason}",))
+    if not os.path.isfile(path):
+        what = "not a file" if os.path.exists(path) else "no such file"
+        reason = f"{what}: {path}{_similar(path)} (a path starts at the folder of the file that names it)"
+        return Node(None, node.place, faults=InputError(f"{node.place}: {where}: {reason}").faults)
     try:
         return read_yaml(path)
     except InputError as error:
@@ -85,7 +84,7 @@ def _follow(node: Node, where: str) -> Node:
 
 def _similar(path: Path) -> str:
     """A hint at files of nearly this name in the same folder."""
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         return ""
     close = difflib.get_close_matches(path.name, sorted(os.listdir(path.parent)), n=1)
     return f"; did you mean {close[0]}?" if close else ""

@@ -118,6 +118,8 @@ def _of_type(schema: dict[str, Any]) -> str:
         case "number" | "integer" as kind:
             noun = {"number": "number", "integer": "whole number"}[kind]
             signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+            if schema.get("maximum") and schema.get("minimum") == -schema["maximum"]:
+                return f"{noun} within ±{schema['maximum']:g}"
             bounds = [f"{sign} {schema[key]:g}" for key, sign in signs.items() if key in schema]
             return " ".join([noun, ", ".join(bounds)]).strip()
         case "string":

@@ -6,6 +6,7 @@ keys may not repeat, there are no tags, and depth and size are bounded, with ali
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,6 +19,10 @@ from taichi_tryon.errors import InputError
 
 MAX_NODES = 200_000
 MAX_DEPTH = 40
+MAX_BYTES = 16 * 2**20
+LONGEST_KEY = 200
+# keys of a place in a message on how a file is written
+SHOWN_DEPTH = 6
 
 FLOAT = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 _INTEGER = re.compile(r"[-+]?\d{1,300}")
@@ -69,20 +74,24 @@ class Node:
 def read_yaml(path: Path, label: str | None = None) -> Node:
     """The tree of a YAML file; ``label`` names the file in messages. Raises InputError."""
     label = label or str(path)
-    if not path.exists():
-        raise InputError(f"{label}: no such file")
-    if not path.is_file():
-        raise InputError(f"{label}: not a file")
+    # os.path, as Path asks the system for names that it refuses to look at
+    if not os.path.isfile(path):
+        raise InputError(f"{label}: {'not a file' if os.path.exists(path) else 'no such file'}")
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise InputError(f"{label}: cannot be read: {error.strerror}") from None
+    if len(data) > MAX_BYTES:
+        raise InputError(f"{label}:1:1: must not be larger than {MAX_BYTES // 2**20} MiB")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line, column = _line_and_column(data[: error.start].decode("utf-8", errors="replace"))
         raise InputError(f"{label}:{line}:{column}: not UTF-8 text (byte 0x{data[error.start]:02x})") from None
     node = parse_yaml(text, label, path.parent)
+    if node.value is None:
+        raise InputError(f"{node.place}: empty, but a mapping of keys to values is needed")
     node.is_file = True
     return node
 
@@ -101,7 +110,7 @@ def parse_yaml(text: str, label: str, folder: Path, numbered: bool = True) -> No
         mark = error.problem_mark or error.context_mark
         place = reader.place(mark.line + 1, mark.column + 1) if mark else label
         context = f" ({error.context})" if error.context else ""
-        raise InputError(f"{place}: not valid YAML: {error.problem}{context}") from None
+        raise reader.fault(place, f"not valid YAML: {error.problem}{context}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{label}: not valid YAML: {error}") from None
     if reader.root is None:
@@ -129,12 +138,20 @@ def _scalar(event: yaml.ScalarEvent) -> Any:
 
 @dataclass
 class _Open:
-    """A list or mapping whose end has not been read; ``key`` is the one that waits for its value."""
+    """A list or mapping whose end has not been read; ``key`` is the last one, which may wait for its value."""
 
     node: Node
     anchor: str | None
     size_before: int
     key: str | None = None
+    waits: bool = False
+
+    def at(self, innermost: bool) -> str | None:
+        """The key or index of what is being read; None where a mapping's next key is. What is read further inside,
+        where this is not the ``innermost``, has been put in already."""
+        if isinstance(self.node.value, list):
+            return str(len(self.node.value) - (not innermost))
+        return self.key if self.waits or not innermost else None
 
 
 class _Reader:
@@ -150,6 +167,12 @@ class _Reader:
     def place(self, line: int, column: int) -> Place:
         return Place(self._label, *((line, column) if self._numbered else (None, None)), self._folder)
 
+    def fault(self, place: Place | str, message: str) -> InputError:
+        """What is wrong at a place, with the keys that lead to where the reader is."""
+        keys = [part.at(innermost=part is self._stack[-1]) for part in self._stack[:SHOWN_DEPTH]]
+        where = ".".join(key for key in keys if key is not None)
+        return InputError(f"{place}: {where}: {message}" if where else f"{place}: {message}")
+
     def take(self, event: yaml.Event) -> None:
         place = self.place(event.start_mark.line + 1, event.start_mark.column + 1)
         if isinstance(event, yaml.DocumentStartEvent) and self.root is not None:
@@ -162,15 +185,15 @@ class _Reader:
 
     def _take_node(self, event: yaml.NodeEvent, place: Place) -> None:
         if getattr(event, "tag", None) not in (None, "!"):
-            raise InputError(f"{place}: tags are not allowed (got {event.tag})")
+            raise self.fault(place, f"tags are not allowed (got {event.tag})")
         parent = self._stack[-1] if self._stack else None
-        if parent and isinstance(parent.node.value, dict) and parent.key is None:
+        if parent and isinstance(parent.node.value, dict) and not parent.waits:
             self._take_key(event, place, parent)
             return
         size_before = self._size
         if isinstance(event, yaml.AliasEvent):
             if event.anchor not in self._anchors:
-                raise InputError(f"{place}: *{event.anchor} stands for nothing that was complete before it")
+                raise self.fault(place, f"*{event.anchor} stands for nothing that was complete before it")
             node, size = self._anchors[event.anchor]
         else:
             scalar = isinstance(event, yaml.ScalarEvent)
@@ -178,21 +201,23 @@ class _Reader:
             size = 1
         self._size += size
         if self._size > MAX_NODES:
-            raise InputError(f"{place}: more than {MAX_NODES} values, aliases counted as often as they are used")
+            raise self.fault(place, f"more than {MAX_NODES} values, aliases counted as often as they are used")
+        if isinstance(event, yaml.CollectionStartEvent) and len(self._stack) >= MAX_DEPTH:
+            raise self.fault(place, f"nested deeper than {MAX_DEPTH} levels")
         self._attach(node, parent)
         if isinstance(event, yaml.CollectionStartEvent):
-            if len(self._stack) >= MAX_DEPTH:
-                raise InputError(f"{place}: nested deeper than {MAX_DEPTH} levels")
             self._stack.append(_Open(node, event.anchor, size_before))
         elif isinstance(event, yaml.ScalarEvent):
             self._remember(event.anchor, node, size_before)
 
     def _take_key(self, event: yaml.NodeEvent, place: Place, parent: _Open) -> None:
         if not isinstance(event, yaml.ScalarEvent) or event.value == "":
-            raise InputError(f"{place}: a key must be a name")
+            raise self.fault(place, "a key must be a name")
+        if len(event.value) > LONGEST_KEY:
+            raise self.fault(place, f"a key must be a name of at most {LONGEST_KEY} characters")
+        parent.key, parent.waits = event.value, True
         if event.value in parent.node.keys:
-            raise InputError(f"{place}: {event.value}: this key stood before at {parent.node.keys[event.value]}")
-        parent.key = event.value
+            raise self.fault(place, f"this key stood before at {parent.node.keys[event.value]}")
         parent.node.keys[event.value] = place
 
     def _attach(self, node: Node, parent: _Open | None) -> None:
@@ -202,7 +227,7 @@ class _Reader:
             parent.node.value.append(node)
         else:
             parent.node.value[parent.key] = node
-            parent.key = None
+            parent.waits = False
 
     def _remember(self, anchor: str | None, node: Node, size_before: int) -> None:
         if anchor:

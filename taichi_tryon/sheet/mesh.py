@@ -145,7 +145,9 @@ def _grid(spec: SheetSpec, edge_length: float, name: str) -> tuple[np.ndarray, n
         here = np.isclose(points[:, 0], x * CM, rtol=0, atol=1e-9)
         if not here.any():
             raise PatternError(
-                f"sheet '{name}': no square ends at lines_cm {x:g}; choose an edge length that divides it and the width"
+                f"sheet '{name}': no square ends at lines_cm {x:g}; "
+                "choose an edge length that divides it and the width",
+                at=("lines_cm",),
             )
         on_line |= here
     if spec.mesh == "jittered":

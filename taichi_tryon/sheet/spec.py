@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from taichi_tryon.body.spec import DEGREES, Vector
-from taichi_tryon.spec import Pair, Spec, fault
+from taichi_tryon.body.spec import DEGREES
+from taichi_tryon.spec import Number, Pair, Spec, Vector, fault
 
-Length = Annotated[float, Field(gt=0, le=10_000)]
+Length = Annotated[float, Field(ge=0.01, le=10_000)]
 MeshKind = Literal["delaunay", "regular", "alternating", "jittered"]
 
 
@@ -21,7 +21,7 @@ class WavesSpec(Spec):
     height_mm: float = Field(gt=0, le=100, description="root mean square of the height, of folds: along the rim")
     length_cm: Length | None = Field(None, description="wave length of plane waves")
     folds: int | None = Field(None, ge=2, le=100, description="folds around the rim; towards the middle they fade")
-    seed: int = Field(0, ge=0, description="another seed: other plane waves")
+    seed: int = Field(0, ge=0, lt=2**32, description="another seed: other plane waves")
 
     @model_validator(mode="after")
     def _one_kind(self) -> WavesSpec:
@@ -44,7 +44,7 @@ class SheetSpec(Spec):
     outline_cm: Annotated[list[Pair], Field(min_length=3)] | None = Field(
         None, description="polygon of corners [x, y], not repeating the first"
     )
-    grain_degree: float = Field(90.0, description="direction of the warp, from the sheet's x towards its y")
+    grain_degree: Number = Field(90.0, description="direction of the warp, from the sheet's x towards its y")
     mesh: MeshKind = Field(
         "delaunay",
         description="delaunay: as garments are meshed; of a rectangle also regular: squares cut by parallel diagonals, "

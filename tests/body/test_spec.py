@@ -25,11 +25,11 @@ def test_missing_key_of_a_ball_is_a_fault(woman_data, key):
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("radii_cm", [1.0, 0.0, 1.0], "greater than 0"),
+        ("radii_cm", [1.0, 0.0, 1.0], "greater than or equal to 0.01"),
         ("radii_cm", [float("inf")] * 3, "at least one must be finite"),
-        ("radii_cm", [float("nan"), 1.0, 1.0], "greater than 0"),
+        ("radii_cm", [float("nan"), 1.0, 1.0], "greater than or equal to 0.01"),
         ("center_cm", [float("inf"), 1.0, 1.0], "finite"),
-        ("weight", -1.0, "greater than 0"),
+        ("weight", -1.0, "greater than or equal to 0.000001"),
         ("groups", ["tail"], "no group 'tail'"),
         ("bones", {"tail": 1.0}, "no bone 'tail'"),
         ("bones", {"pelvis": 0.5, "thigh_l": 0.4}, "sum to 0.9"),

@@ -63,7 +63,11 @@ def test_a_sheet_needs_no_body(strip):
             "mesh: {edge_length_mm: 4}\ncontact: {layers: {thickness_mm: 3}}\ngarments:",
             "contact.layers: thickness_mm must not exceed half of mesh.edge_length_mm, 2 (got 3)",
         ),
-        ("[10, 5]", "[10, -5]", "scene.yaml:4:27: garments.0.sheet.size_cm.1: must be greater than 0 (got -5)"),
+        (
+            "[10, 5]",
+            "[10, -5]",
+            "scene.yaml:4:27: garments.0.sheet.size_cm.1: must be greater than or equal to 0.01 (got -5)",
+        ),
         (
             "{edge: left}",
             "{}",
