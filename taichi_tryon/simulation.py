@@ -265,8 +265,7 @@ class Simulation:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
         self.stepper.restore(state)
-        values = {key.removeprefix("progress_"): state[key].item() for key in state if key.startswith("progress_")}
-        self.progress = Progress(**values)
+        self.progress = Progress(**{key: state[f"progress_{key}"].item() for key in asdict(self.progress)})
         self.transforms = state["transforms"]
         self._set_forces()
         self.field.set_pose(self.transforms)

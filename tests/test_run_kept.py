@@ -103,7 +103,7 @@ def test_a_folder_in_use_is_refused_and_left_alone(place, whole):
     assert before == {path: path.stat().st_mtime_ns for path in whole.rglob("*")}
 
 
-@pytest.mark.parametrize("name", ["positions", "frame_index", "progress_phase"])
+@pytest.mark.parametrize("name", ["frame_index", "progress_phase"])
 def test_a_checkpoint_of_another_program_is_refused(place, whole, name):
     folder = place / f"other_{name}"
     folder.mkdir()

@@ -14,7 +14,8 @@ from taichi_tryon.batch import table
 from taichi_tryon.batch.cluster import cluster
 from taichi_tryon.batch.drape import PATIENCE, Drape, Program, Stop, clear, ended, run_drape
 from taichi_tryon.batch.table import Row
-from taichi_tryon.run import require_writable, stop_by_signal
+from taichi_tryon.output.folder import require_writable
+from taichi_tryon.run import stop_by_signal
 
 WAITING = {"status": "waiting", "reason": "has not been run yet"}
 
