@@ -8,8 +8,8 @@ from taichi_tryon.solver.crew import Crew
 
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
-# loops of an iteration on a CPU, into how many parts each is divided, and iterations in one launch at most
-PHASES, PARTS, ITERATIONS_A_LAUNCH = 6, 64, 400
+# into how many parts each loop of an iteration is divided on a CPU, and iterations in one launch at most
+PARTS, ITERATIONS_A_LAUNCH = 64, 400
 # below this part of the start, signs are those of single precision's rounding
 ROUNDING = 1e-4
 
@@ -29,7 +29,13 @@ class ConjugateGradients:
         self.matrix, self.local, self.coarse, self.nv = matrix, local, coarse, matrix.nv
         self.two_level = coarse is not None
         cpu = ti.cfg.arch == ti.cpu
-        self.crew = Crew(ti.cfg.cpu_max_num_threads, PHASES * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
+        # the loops of an iteration on a CPU, each with what follows from it
+        self.phases = [(self._restrict, self._nothing), (self._solve_rows, self._nothing)] if self.two_level else []
+        self.phases += [(self._precondition, self._turn), (self._aim, self._nothing)]
+        self.phases += [(self._multiply, self._choose_step), (self._go, self._nothing)]
+        self.loops = len(self.phases)
+        threads = ti.cfg.cpu_max_num_threads
+        self.crew = Crew(threads, self.loops * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
         self.b = ti.Vector.field(3, float, shape=self.nv)
         self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
         # of four entries, the fourth 0: a processor takes them at once
@@ -80,24 +86,16 @@ class ConjugateGradients:
             self.crew.begin(phase)
         for turn in range(self.crew.turns):
             if turn % fields.LEAST_TURNS == 0:
-                phase = 0
-                while phase < PHASES * most and self.going[None] == 1:
-                    self._share_iteration(turn // fields.LEAST_TURNS, phase, tolerance)
-                    phase += PHASES
+                phase, staying = 0, 1
+                while staying == 1 and phase < self.loops * most and self.going[None] == 1:
+                    for work, conclude in ti.static(self.phases):
+                        if staying == 1:
+                            staying = self._share(turn // fields.LEAST_TURNS, phase, work, conclude, tolerance)
+                        phase += 1
 
     @ti.func
-    def _share_iteration(self, thread: int, phase: int, tolerance: float):
-        if ti.static(self.two_level):
-            self._share(thread, phase, self._restrict, self._nothing, tolerance)
-            self._share(thread, phase + 1, self._solve_rows, self._nothing, tolerance)
-        self._share(thread, phase + 2, self._precondition, self._turn, tolerance)
-        self._share(thread, phase + 3, self._aim, self._nothing, tolerance)
-        self._share(thread, phase + 4, self._multiply, self._choose_step, tolerance)
-        self._share(thread, phase + 5, self._go, self._nothing, tolerance)
-
-    @ti.func
-    def _share(self, thread: int, phase: int, work: ti.template(), conclude: ti.template(), tolerance: float):
-        """Do this thread's share of the work on all chunks; who ends the last of them concludes."""
+    def _share(self, thread: int, phase: int, work: ti.template(), conclude: ti.template(), tolerance: float) -> int:
+        """Do this thread's share of the work on all chunks; who ends the last of them concludes. Whether to go on."""
         for n in range(self.crew.threads):
             owner = (thread + n) % self.crew.threads
             part = self.crew.take(phase, owner)
@@ -108,7 +106,7 @@ class ConjugateGradients:
                     conclude(tolerance)
                     self.crew.leave(phase)
                 part = self.crew.take(phase, owner)
-        self.crew.wait(phase)
+        return self.crew.wait(phase)
 
     @ti.func
     def _nothing(self, tolerance: float):
@@ -158,6 +156,7 @@ class ConjugateGradients:
     def _turn(self, tolerance: float):
         """Choose beta, by which the last direction counts, or stop."""
         gamma, last = self._sum(), self.gamma[None]
+        self.count[None] += self.going[None]
         first = self.gamma_start[None] == 0.0
         if first:
             self.gamma_start[None] = gamma
@@ -165,7 +164,6 @@ class ConjugateGradients:
             self.indefinite[None] = 1
         if not gamma > tolerance * tolerance * self.gamma_start[None]:
             self.going[None] = 0
-        self.count[None] += 1
         self.beta[None] = 0.0 if first else gamma / last
         self.gamma[None] = gamma
 

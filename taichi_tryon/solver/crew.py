@@ -4,15 +4,16 @@ Waking a thread takes some 0.1 ms, as long as a loop over ten thousand vertices 
 parts. Every thread has a range of them, the same in each phase, so that it finds in its cache what it left there, and
 when it is through takes what is left of the others'. Whoever ends the last part opens the next phase; until then the
 others look on. A thread that comes late, or never, is waited for only in parts that it has taken, so that one alone
-comes to an end, too. What comes out does not depend on who does what.
+comes to an end, too. Who looks on for long, as where a core has been given to another program in the middle of a part,
+retires: somebody is at that part and will go on. What comes out does not depend on who does what.
 """
 
 import taichi as ti
 
 from taichi_tryon import fields
 
-# numbers that fill a line of a cache
-APART = 16
+# numbers that fill a line of a cache, and how often is looked before retiring: some tenths of a millisecond
+APART, PATIENCE = 16, 20_000
 
 
 @ti.data_oriented
@@ -52,8 +53,11 @@ class Crew:
         ti.atomic_add(self.open[phase], 1)
 
     @ti.func
-    def wait(self, phase: int):
-        """Look on until all of the phase is done."""
-        # to add nothing is to read what others have written
-        while ti.atomic_add(self.open[phase], 0) == 0:
-            pass
+    def wait(self, phase: int) -> int:
+        """Look on until all of the phase is done; 0 where that takes too long, and this thread must do no more."""
+        looks, opened = 0, 0
+        while opened == 0 and looks < PATIENCE:
+            # to add nothing is to read what others have written
+            opened = ti.atomic_add(self.open[phase], 0)
+            looks += 1
+        return opened
