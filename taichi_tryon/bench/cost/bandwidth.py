@@ -23,7 +23,7 @@ COUNT, QUICK_COUNT = 200, 100
 LENGTH = 1 << 24
 """Numbers in each field of the triad."""
 SHARE = 60.0
-REPEATS = 20
+REPEATS = 100
 BLOCK, INDEX, VECTOR = 9 * 4, 4, 3 * 8
 """Bytes of a 3x3 block in single precision, of a column, of a vector in double precision."""
 
