@@ -6,6 +6,7 @@ Here is also what several folders need: sheets of the paper's fabric, a body wit
 from __future__ import annotations
 
 import math
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,7 +24,9 @@ from taichi_tryon.mesh.triangulate import triangulate
 
 @pytest.fixture(scope="session", autouse=True)
 def _taichi(tmp_path_factory):
-    runtime.start(arch="cpu", precision="f64", threads=2, cache=tmp_path_factory.mktemp("kernels"))
+    # where pytest's own processes share the cores, threads of one would only be in the way of the other's
+    threads = max(1, 2 // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+    runtime.start(arch="cpu", precision="f64", threads=threads, cache=tmp_path_factory.mktemp("kernels"))
 
 
 @pytest.fixture(scope="session")
