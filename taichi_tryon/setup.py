@@ -89,8 +89,8 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     ]
     if scene.contact.layers:
         with clock("dressing"):
-            _require_apart(garments, cloth, positions)
             _require_order(garments)
+            _require_apart(garments, cloth, positions)
     holds = [
         Hold.from_spec(name, spec, garment.mesh, part.vertices.start)
         for garment, part in zip(garments, cloth.parts, strict=True)
