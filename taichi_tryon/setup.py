@@ -11,6 +11,7 @@ from taichi_tryon.body.skeleton import Motion, Pose
 from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.dressing.check import crossings
+from taichi_tryon.dressing.layers import Layer, beneath
 from taichi_tryon.dressing.place import Dressed, dress
 from taichi_tryon.errors import DressingError, below
 from taichi_tryon.fabric import Moduli
@@ -71,13 +72,13 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         motion = Motion(body.skeleton, tuple(times.tolist()), tuple(poses))
         start = motion.transforms(0.0)
     garments = []
-    for layer, spec in enumerate(scene.garments):
+    for number, spec in enumerate(scene.garments):
         edge_length = scene.mesh.edge_length_mm * MM
-        with below("garments", layer):
+        with below("garments", number):
             if spec.sheet:
                 garments.append(_placed(spec, edge_length, clock))
             else:
-                garments.append(_dressed(spec, edge_length, clock, body, start, layer))
+                garments.append(_dressed(spec, edge_length, clock, body, start, _layers(garments)))
     with clock("mesh"):
         fabrics = [(garment.mesh, Moduli.from_spec(garment.spec.fabric)) for garment in garments]
         cloth = Cloth.join(fabrics, scene.mesh.bending, scene.mesh.membrane)
@@ -89,6 +90,7 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     ]
     if scene.contact.layers:
         with clock("dressing"):
+            _require_order(garments)
             _require_apart(garments, cloth, positions)
     holds = []
     for number, (garment, part) in enumerate(zip(garments, cloth.parts, strict=True)):
@@ -119,12 +121,33 @@ def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray)
         )
 
 
-def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray, layer: int) -> Garment:
+def _layers(garments: list[Garment]) -> tuple[Layer, ...]:
+    """Those of the garments that are worn, and so have an inside."""
+    return tuple((g.dressed.positions, g.mesh.triangles) for g in garments if not g.spec.sheet)
+
+
+def _require_order(garments: list[Garment]) -> None:
+    """Raise DressingError where a garment starts on the inner side of one that is worn underneath it."""
+    worn = [garment for garment in garments if not garment.spec.sheet]
+    for index, outer in enumerate(worn):
+        for inner, layer in zip(worn[:index], _layers(worn), strict=False):
+            low = beneath(outer.dressed.positions, layer)
+            if low.any():
+                panel = outer.mesh.panel[low[outer.mesh.triangles].any(axis=1)][0]
+                raise DressingError(
+                    f"garment {outer.name} starts beneath {inner.name}, which stands before it in "
+                    f"garments, at {low.sum()} vertices, the first of panel {outer.mesh.panel_names[panel]}; widen the "
+                    f"disks of {outer.name} there, raise its dressing.layer_mm, or let the two change places",
+                    at=("contact", "layers"),
+                )
+
+
+def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray, under) -> Garment:
     with clock("mesh"), below("pattern"):
         pattern = changed(Pattern.from_spec(spec.pattern), spec.open, spec.bands)
         mesh = build(pattern, edge_length, spec.name)
     with clock("dressing"), below("dressing"):
-        dressed = dress(pattern, mesh, spec.dressing, body, transforms, layer)
+        dressed = dress(pattern, mesh, spec.dressing, body, transforms, under)
     return Garment(spec, mesh, dressed, np.zeros_like(dressed.positions))
 
 

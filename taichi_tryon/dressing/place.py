@@ -14,6 +14,7 @@ from taichi_tryon.body.model import Balls, Body
 from taichi_tryon.dressing.check import body_gaps
 from taichi_tryon.dressing.disks import disk_frame, make_disk
 from taichi_tryon.dressing.join import join
+from taichi_tryon.dressing.layers import Layer, lift
 from taichi_tryon.dressing.panel_map import PanelMap, map_panel
 from taichi_tryon.dressing.relax import clear, draw_together, neighbour_matrix, part_rims, untangle
 from taichi_tryon.dressing.spec import DressingSpec
@@ -25,6 +26,7 @@ from taichi_tryon.units import MM
 
 __all__ = ["Dressed", "FitLine", "disk_frame", "dress"]
 
+LIFTS, LIFTED = 20, 1e-4  # attempts to lay a garment over those underneath, and a shift that is none any more [m]
 LEAST_SHARE = 0.2  # of the clearance that vertices, midpoints and centroids must keep at least
 
 
@@ -48,16 +50,22 @@ class Dressed:
 
 
 def dress(
-    pattern: Pattern, mesh: GarmentMesh, spec: DressingSpec, body: Body, transforms: np.ndarray, layer: int = 0
+    pattern: Pattern,
+    mesh: GarmentMesh,
+    spec: DressingSpec,
+    body: Body,
+    transforms: np.ndarray,
+    under: tuple[Layer, ...] = (),
 ) -> Dressed:
     """Lay a meshed pattern around the body whose bones stand at ``transforms`` (b, 4, 4).
 
-    ``layer`` counts the garments worn underneath. Raises DressingError, naming panel and disk, where a panel cannot be
-    mapped, the cloth does not come clear of the body, or triangles cross away from the stretched seams.
+    ``under`` are the garments worn underneath, the innermost first: this one lies ``layer_mm`` further out for each of
+    them, and as far over them where they stand off the body. Raises DressingError, naming panel and disk, where a panel
+    cannot be mapped, the cloth does not come clear of the body, or triangles cross away from the stretched seams.
     """
     _check_names(pattern, spec)
     balls = body.posed(transforms)
-    extra = layer * spec.layer_mm * MM
+    extra = len(under) * spec.layer_mm * MM
     clearance = spec.clearance_mm * MM + extra
     names = sorted({disk for panel in mesh.panel_names for disk in spec.disks_of(panel)})
     disks = {}
@@ -82,6 +90,11 @@ def dress(
     x = part_rims(x, mesh.opened, edges)
     x = draw_together(x, edges, lengths, balls, clearance)
     x = clear(x, mesh.triangles, edges, balls, clearance)
+    for _ in range(LIFTS if under else 0):
+        shift = lift(x, under, spec.layer_mm * MM)
+        if np.abs(shift).max() < LIFTED:
+            break
+        x = clear(x + shift, mesh.triangles, edges, balls, clearance)
     x, crossing = untangle(x, mesh.triangles, edges, balls, clearance)
     notes = _check(x, crossing, mesh, spec, maps, balls, clearance, pattern)
     return Dressed(x, _fit_lines(spec, mesh), notes)

@@ -90,7 +90,12 @@ class DressingSpec(Spec):
         False, description="hands hold the garment up until it sits (trousers): it bears no weight while dressed"
     )
     clearance_mm: float = Field(5.0, ge=0.1, le=100, description="Least distance of the start from the body")
-    layer_mm: float = Field(3.0, ge=0.1, le=100, description="Further distance for each garment underneath")
+    layer_mm: float = Field(
+        3.0,
+        ge=0.1,
+        le=100,
+        description="Further distance from the body for each garment underneath, and least distance from that garment",
+    )
 
     @model_validator(mode="after")
     def _references(self):

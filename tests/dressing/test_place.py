@@ -9,6 +9,7 @@ from taichi_tryon.body.density import gap
 from taichi_tryon.dressing.check import body_gaps, crossings
 from taichi_tryon.dressing.disks import disk_frame
 from taichi_tryon.dressing.flatten import signed_areas
+from taichi_tryon.dressing.layers import heights
 from taichi_tryon.dressing.panel_map import map_panel
 from taichi_tryon.dressing.place import dress
 from taichi_tryon.errors import DressingError
@@ -109,9 +110,11 @@ def test_openings_lie_at_their_disks(name, pose, garment, body, transforms, dres
 def test_second_layer_lies_further_out(garment, body, transforms, dressed):
     pattern, mesh, spec = garment("top_9AR")
     balls = body.posed(transforms("arms_raised_45"))
-    upper = dress(pattern, mesh, spec, body, transforms("arms_raised_45"), layer=1)
-    lowest = gap(balls, upper.positions).min()
-    assert lowest > gap(balls, dressed("top_9AR", "arms_raised_45").positions).min() + 1.5e-3
+    first = dressed("top_9AR", "arms_raised_45").positions
+    upper = dress(pattern, mesh, spec, body, transforms("arms_raised_45"), ((first, mesh.triangles),)).positions
+    assert gap(balls, upper).min() > gap(balls, first).min() + 1.5e-3
+    height, _, at_rim = heights(upper, (first, mesh.triangles), np.inf)
+    assert height[~at_rim].min() > 1e-3 and np.median(height[~at_rim]) < 8e-3
 
 
 def changed(spec, disk: str, **update):

@@ -55,13 +55,13 @@ def test_top_has_ease_at_bust_and_hem():
     assert bust - 83 == pytest.approx(10, abs=0.01)
 
 
-def test_waists_hold_at_64_to_65_cm():
+def test_waists_hold_at_64_cm():
     trousers = load("trousers_9AR.yaml")
     waist = [(panel, f"waist_{part}") for panel in trousers.panels for part in ("side", "centre")]
     assert lengths_cm(trousers, *waist) == pytest.approx(64, abs=0.02)
     skirt = load("skirt_9AR.yaml")
     waist = [(panel, f"waist_{part}") for panel in ("front", "back") for part in ("left", "right")]
-    assert lengths_cm(skirt, *waist) == pytest.approx(65, abs=0.02)
+    assert lengths_cm(skirt, *waist) == pytest.approx(64, abs=0.02)
 
 
 def test_crotch_seam_and_hems_of_trousers():

@@ -1,0 +1,66 @@
+"""What a simulation starts from: several garments, in the order of layers, each of its own fabric."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from taichi_tryon.body.density import gap
+from taichi_tryon.dressing import place
+from taichi_tryon.dressing.check import crossings
+from taichi_tryon.dressing.layers import beneath, heights
+from taichi_tryon.errors import DressingError
+from taichi_tryon.scene.load import load_scene
+from taichi_tryon.scene.models import SceneSpec
+from taichi_tryon.setup import prepare
+from taichi_tryon.timing import Stopwatch
+
+SCENES = Path(__file__).parents[1] / "configs" / "scenes"
+
+
+def two_cones(data: dict, **dressing_of_lower) -> SceneSpec:
+    lower = data["garments"][0]
+    upper = deepcopy(lower) | {"name": "upper"}
+    upper["fabric"] |= {"weight_gf_per_cm2": 0.058}
+    lower["dressing"] |= dressing_of_lower
+    return SceneSpec.model_validate(data | {"garments": [lower, upper], "contact": {"layers": {}}})
+
+
+def test_each_garment_lies_a_layer_further_out_and_has_its_own_fabric(make_cone_scene):
+    setup = prepare(two_cones(make_cone_scene()), Stopwatch())
+    balls = setup.body.posed(setup.motion.transforms(0.0))
+    nearest = [gap(balls, garment.dressed.positions).min() for garment in setup.garments]
+    assert nearest[1] - nearest[0] == pytest.approx(3e-3, abs=5e-4)
+    masses = [setup.cloth.masses[part.vertices].sum() for part in setup.cloth.parts]
+    assert masses[1] == pytest.approx(2 * masses[0])
+
+
+def test_a_garment_is_laid_over_one_that_stands_off_the_body(make_cone_scene):
+    """16 mm of clearance beneath 8 mm: without a look at the one beneath they would change places."""
+    setup = prepare(two_cones(make_cone_scene(), clearance_mm=16), Stopwatch())
+    lower, upper = setup.garments
+    height, _, at_rim = heights(upper.dressed.positions, (lower.dressed.positions, lower.mesh.triangles), np.inf)
+    assert height[~at_rim].min() > 2e-3
+
+
+def test_a_garment_beneath_the_one_that_it_should_lie_over_is_refused(make_cone_scene, monkeypatch):
+    monkeypatch.setattr(place, "LIFTS", 0)
+    scene = two_cones(make_cone_scene(), clearance_mm=16)
+    with pytest.raises(DressingError, match="garment upper starts beneath cone, .*, the first of panel front"):
+        prepare(scene, Stopwatch())
+    unbound = scene.model_copy(update={"contact": scene.contact.model_copy(update={"layers": None})})
+    assert len(prepare(unbound, Stopwatch()).garments) == 2
+
+
+@pytest.mark.parametrize("name", ["jumpsuit", "shirt_over_trousers", "skirt_twirl"])
+def test_scenes_with_layers_start_free_of_crossings_and_in_order(name):
+    scene = load_scene(SCENES / f"{name}.yaml", ["mesh.edge_length_mm=30"])
+    setup = prepare(scene, Stopwatch())
+    assert scene.contact.layers is not None
+    assert len(crossings(setup.positions, setup.cloth.triangles)) == 0
+    inner, outer = setup.garments[0], setup.garments[-1]
+    if inner is not outer:
+        assert not beneath(outer.dressed.positions, (inner.dressed.positions, inner.mesh.triangles)).any()
