@@ -178,12 +178,15 @@ class Matrix:
             one += first_lanes(block, here)
             other += second_lanes(block, here)
             last += block[8] * here[2]
+        else:
+            # the same on the diagonal, where the packed block has it: a body out of reach changes no bit
+            one[0] += self.row_sum[i] * here[0]
+            other[1] += self.row_sum[i] * here[1]
+            one[3] += self.row_sum[i] * here[2]
         result = ti.Vector([0.0] * 4, ti.f32)
         result[0] = one[0] + other[0] + other[3]
         result[1] = one[1] + other[1] + last
         result[2] = one[2] + other[2] + one[3]
-        if ti.static(not self.felt):
-            result += self.row_sum[i] * here
         if ti.static(self.bending.constant):
             for n in range(self.far_start[i], self.far_start[i + 1]):
                 result += self.far_value[n] * (vector[self.far_column[n]] - here)
