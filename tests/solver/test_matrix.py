@@ -1,5 +1,7 @@
 """The assembled matrix against finite differences of the forces; symmetric and positive definite, crushed too."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -108,6 +110,20 @@ def test_held_vertices_have_rows_of_zeros(stepper, on_the_floor, as_sparse, prod
     fields.upload(stepper.free, free)
     stepper.potential.matrix.assemble(INVERSE_DT)
     assert product.of(vector) == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+def test_a_body_out_of_reach_changes_no_bit_of_the_product(stepper, level, product):
+    matrix = stepper.potential.matrix
+    stepper.x.from_numpy(level(5.0) * [1.1, 1, 0.9])
+    stepper.elastic.evaluate(0.0)
+    stepper.contact.evaluate()
+    matrix.assemble(INVERSE_DT)
+    # as a matrix without contact has it: the same along all axes
+    alone = copy(matrix)
+    alone.felt, alone.row_sum = False, ti.field(ti.f32, shape=stepper.nv)
+    alone.row_sum.from_numpy(matrix.row_sum.to_numpy()[:, 0])
+    vector = np.random.default_rng(0).normal(size=(stepper.nv, 3))
+    assert np.array_equal(Product(alone).of(vector), product.of(vector))
 
 
 def test_elastic_rows_sum_to_zero(stepper, level, product):
