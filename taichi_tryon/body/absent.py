@@ -22,14 +22,14 @@ class AbsentField:
 
     @ti.func
     def gap(self, x):
-        return self.gap_within(x, 0.0)
-
-    @ti.func
-    def gap_within(self, x, band):
         return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0
 
     @ti.func
-    def clearance(self, x) -> float:
+    def gap_within(self, x, band):
+        return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
+
+    @ti.func
+    def clearance(self, density) -> float:
         return ti.math.inf
 
     @ti.func

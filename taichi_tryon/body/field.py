@@ -134,10 +134,10 @@ class BodyField:
         return self._sums(x, self.cells.at(x)).max()
 
     @ti.func
-    def clearance(self, x):
-        """Least distance [m] of x from the skin of any group, whichever wins there; 0 inside. Never overrated, unlike a
-        gap, as W^(1/3) of no group changes by more than ``steepest`` a metre."""
-        return ti.max(0.0, 1.0 - ti.max(self.density(x), 0.0) ** (1.0 / 3.0)) / self.steepest
+    def clearance(self, density):
+        """Least distance [m] from the skin of any group, whichever wins, where W is the ``density``; 0 inside. Never
+        overrated, unlike a gap, as W^(1/3) of no group changes by more than ``steepest`` a metre."""
+        return ti.max(0.0, 1.0 - ti.max(density, 0.0) ** (1.0 / 3.0)) / self.steepest
 
     @ti.func
     def query(self, x):
@@ -185,7 +185,7 @@ class BodyField:
 
     @ti.func
     def _depth(self, x):
-        """First-order depth [m] below the skin, outward unit normal, winner, steepness (0 where no ball reaches).
+        """First-order depth [m] below the skin, outward unit normal, winner, steepness (0 where no ball reaches), W.
 
         Taken from W^(1/3), which is quadratic along the radius of a ball where W has a flat tail: outside it does not
         overrate the distance, and Newton steps do not overshoot.
@@ -198,7 +198,7 @@ class BodyField:
             root = value ** (1.0 / 3.0)
             depth = ti.max(3 * root * root * (root - 1) / steepness, depth)
             normal = -slope / steepness
-        return depth, normal, winner, steepness
+        return depth, normal, winner, steepness, value
 
     @ti.func
     def gap(self, x):
@@ -206,35 +206,39 @@ class BodyField:
 
         As ``gap_within`` for NEWTON_BAND.
         """
-        return self.gap_within(x, NEWTON_BAND)
+        gap, normal, winner, _ = self.gap_within(x, NEWTON_BAND)
+        return gap, normal, winner
 
     @ti.func
     def gap_within(self, x, band):
-        """The same, exact only inside and up to ``band`` [m] outside; cheaper the narrower the band.
+        """The same, exact only inside and up to ``band`` [m] outside, and W at x; cheaper the narrower the band.
 
         Newton steps onto W = 1 along the gradient, each with the shift along the tangent plane that brings the foot of
         the perpendicular under x. Further out: to first order. Where no ball reaches: ``far`` and a zero normal.
         """
-        depth, normal, winner, steepness = self._depth(x)
-        gap = -depth
-        if steepness > 1e-9 and gap < band:
-            y = x
-            deep = depth > LONGEST_STEP
-            for _ in range(DEEP_STEPS if deep else NEWTON_STEPS):
-                offset = x - y
-                step = ti.math.clamp(depth, -LONGEST_STEP, LONGEST_STEP) * normal
-                if abs(depth) < SLIDE_BAND:
-                    step += SLIDE * (offset - offset.dot(normal) * normal)
-                y += step
-                if step.norm() < TOLERANCE:
-                    break
-                depth, normal, winner, steepness = self._depth(y)
-                if steepness < 1e-9:
-                    break
+        y, normal, winner, depth = x, ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
+        gap, density, deep, turn, turns = ti.cast(0.0, float), ti.cast(0.0, float), False, 0, 0
+        while True:  # with one place that looks at the body, since a compiler takes each by itself
+            depth, normal, winner, steepness, value = self._depth(y)
+            if turn == 0:
+                gap, density, deep = -depth, value, depth > LONGEST_STEP
+                if gap < band:
+                    turns = DEEP_STEPS if deep else NEWTON_STEPS
+            if turn == turns or steepness <= 1e-9:
+                break
+            offset = x - y
+            step = ti.math.clamp(depth, -LONGEST_STEP, LONGEST_STEP) * normal
+            if abs(depth) < SLIDE_BAND:
+                step += SLIDE * (offset - offset.dot(normal) * normal)
+            y += step
+            turn += 1
+            if step.norm() < TOLERANCE:
+                break
+        if turn > 0:
             gap = (x - y).dot(normal)
             if deep:  # the way out may be bent, or not ended yet
                 gap = -(x - y).norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
-        return gap, normal, winner
+        return gap, normal, winner, density
 
     @ti.func
     def motion(self, x, winner):

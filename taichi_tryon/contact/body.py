@@ -153,7 +153,7 @@ class BodyContact:
     @ti.kernel
     def _carry(self, part: float):
         for i in range(self.nv):
-            gap, _, winner = self.body.gap_within(self.x[i], 0.0)
+            gap, _, winner, _ = self.body.gap_within(self.x[i], 0.0)
             share = part * ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
             if share > 0.0:
                 self.x[i] += share * self.body.motion(self.x[i], winner)
@@ -192,7 +192,7 @@ class BodyContact:
     @ti.func
     def _look(self, s: int, point, travelled: float, awake):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
-        gap, normal, winner = self.body.gap_within(point, self.thickness[None] + BAND)
+        gap, normal, winner, density = self.body.gap_within(point, self.thickness[None] + BAND)
         depth = ti.max(self.thickness[None] - gap, 0.0)
         self.depth[s], self.winner[s] = depth, winner
         self.looked[s] += 1
@@ -203,7 +203,7 @@ class BodyContact:
         else:
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
             if awake:
-                self.until[s] = travelled + self.body.clearance(point) - self.thickness[None]
+                self.until[s] = travelled + self.body.clearance(density) - self.thickness[None]
 
     @ti.func
     def _drag(self, s: int, point, moves: int):

@@ -29,11 +29,11 @@ class ConjugateGradients:
         self.matrix, self.local, self.coarse, self.nv = matrix, local, coarse, matrix.nv
         self.two_level = coarse is not None
         cpu = ti.cfg.arch == ti.cpu
-        # the loops of an iteration on a CPU, each with what follows from it
-        self.phases = [(self._restrict, self._nothing), (self._solve_rows, self._nothing)] if self.two_level else []
-        self.phases += [(self._precondition, self._turn), (self._aim, self._nothing)]
-        self.phases += [(self._multiply, self._choose_step), (self._go, self._nothing)]
-        self.loops = len(self.phases)
+        # the loops of an iteration on a CPU, and what follows from which
+        self.works = [self._restrict, self._solve_rows] if self.two_level else []
+        self.works += [self._precondition, self._aim, self._multiply, self._go]
+        self.conclusions = [(len(self.works) - 4, self._turn), (len(self.works) - 2, self._choose_step)]
+        self.loops = len(self.works)
         threads = ti.cfg.cpu_max_num_threads
         self.crew = Crew(threads, self.loops * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
         self.b = ti.Vector.field(3, float, shape=self.nv)
@@ -87,30 +87,31 @@ class ConjugateGradients:
         for turn in range(self.crew.turns):
             if turn % fields.LEAST_TURNS == 0:
                 phase, staying = 0, 1
-                while staying == 1 and phase < self.loops * most and self.going[None] == 1:
-                    for work, conclude in ti.static(self.phases):
-                        if staying == 1:
-                            staying = self._share(turn // fields.LEAST_TURNS, phase, work, conclude, tolerance)
-                        phase += 1
+                while (
+                    staying == 1 and phase < self.loops * most and (phase % self.loops > 0 or self.going[None] == 1)
+                ):
+                    staying = self._share(turn // fields.LEAST_TURNS, phase, tolerance)
+                    phase += 1
 
     @ti.func
-    def _share(self, thread: int, phase: int, work: ti.template(), conclude: ti.template(), tolerance: float) -> int:
-        """Do this thread's share of the work on all chunks; who ends the last of them concludes. Whether to go on."""
+    def _share(self, thread: int, phase: int, tolerance: float) -> int:
+        """Do this thread's share of a phase's work on all chunks; who ends the last of them concludes. Whether to go
+        on."""
         for n in range(self.crew.threads):
             owner = (thread + n) % self.crew.threads
             part = self.crew.take(phase, owner)
             while part < PARTS:
                 for chunk in range(part * fields.CHUNKS // PARTS, (part + 1) * fields.CHUNKS // PARTS):
-                    work(chunk)
+                    for number, work in ti.static(enumerate(self.works)):
+                        if phase % self.loops == number:
+                            work(chunk)
                 if self.crew.ends(phase):
-                    conclude(tolerance)
+                    for number, conclude in ti.static(self.conclusions):
+                        if phase % self.loops == number:
+                            conclude(tolerance)
                     self.crew.leave(phase)
                 part = self.crew.take(phase, owner)
         return self.crew.wait(phase)
-
-    @ti.func
-    def _nothing(self, tolerance: float):
-        pass
 
     @ti.func
     def _restrict(self, chunk: int):
@@ -131,7 +132,7 @@ class ConjugateGradients:
         dots = ti.Vector([0.0] * 4, ti.f64)
         for c in range(low, high):
             self.local.solve(c, self.r, self.z)
-            for a in range(self.local.size):
+            for a in range(self.local.vertices[0]):
                 i = self.local.member[c * self.local.size + a]
                 if i < self.nv:
                     shift = ti.Vector([0.0] * 3, ti.f32)

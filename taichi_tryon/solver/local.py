@@ -30,6 +30,8 @@ class LocalBlocks:
         slot[order] = place
         tables = fields.Tables()
         self.member = tables.scalars(member.ravel())
+        # ``size``, for loops at run time: a compiler that knows it unrolls them all, at a second of every start
+        self.vertices = tables.scalars(np.array([size]))
         self.owner, self.slot = tables.scalars(owner), tables.scalars(slot)
         tables.fill()
         # so many columns of a block are worked on together, a power of 2 that a processor's registers hold
@@ -56,21 +58,21 @@ class LocalBlocks:
         """The crew's share of the blocks."""
         for c in range(crew * self.count // self.crews, (crew + 1) * self.count // self.crews):
             self._fill(crew, c)
-            for k in range(3 * self.size):
+            for k in range(3 * self.vertices[0]):
                 self._sweep(crew, k)
-            for row in range(3 * self.size):
+            for row in range(3 * self.vertices[0]):
                 for part in ti.static(range(self.parts)):
                     self.inverse[c, row, part] = -ti.cast(self.work[crew, row, part], ti.f32)
 
     @ti.func
     def _fill(self, crew: int, c: int):
         """Set ``work`` to block c."""
-        for row in range(3 * self.size):
-            for column in range(3 * self.size):
+        for row in range(3 * self.vertices[0]):
+            for column in range(3 * self.vertices[0]):
                 self.entry[crew, row, column] = 0.0
-        for a in range(self.size):
+        for a in range(self.vertices[0]):
             self._fill_row(crew, c, a)
-        for row in range(3 * self.size):
+        for row in range(3 * self.vertices[0]):
             for part in range(self.parts):
                 first = part * self.lanes
                 self.work[crew, row, part] = ti.Vector(
@@ -128,7 +130,7 @@ class LocalBlocks:
         for part in ti.static(range(self.parts)):
             for m in ti.static(range(self.lanes)):
                 self.factor[crew, part * self.lanes + m] = scale * pivots[part][m]
-        for row in range(3 * self.size):
+        for row in range(3 * self.vertices[0]):
             factor = self.factor[crew, row]
             for part in ti.static(range(self.parts)):
                 self.work[crew, row, part] = self.work[crew, row, part] - factor * pivots[part]
@@ -145,7 +147,7 @@ class LocalBlocks:
         for the vertex that is missing."""
         for part in ti.static(range(self.parts)):
             total = ti.Vector([0.0] * self.lanes, ti.f32)
-            for b in range(self.size):
+            for b in range(self.vertices[0]):
                 source = r[self.member[c * self.size + b]]
                 for k in ti.static(range(3)):
                     # the inverse is symmetric

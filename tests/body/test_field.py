@@ -44,12 +44,12 @@ class Probe:
             x = self.x[i]
             self.value[i], self.slope[i], self.winner[i] = self.field.query(x)
             self.only_density[i] = self.field.density(x)
-            self.clearance[i] = self.field.clearance(x)
+            self.clearance[i] = self.field.clearance(self.field.density(x))
             self.curvature[i] = self.field.hessian(x, self.winner[i])
             self.shift[i] = self.field.motion(x, self.winner[i])
             distance, normal, _ = self.field.gap(x)
             self.distance[i], self.normal[i] = distance, normal
-            self.culled[i], _, _ = self.field.gap_within(x, 0.002)
+            self.culled[i], _, _, _ = self.field.gap_within(x, 0.002)
 
 
 @pytest.fixture(scope="module")

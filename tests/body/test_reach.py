@@ -48,7 +48,7 @@ class Asked:
         for i in self.x:
             gap, normal, winner = self.field.gap(self.x[i])
             shift = self.field.motion(self.x[i], winner)
-            room = self.field.clearance(self.x[i])
+            room = self.field.clearance(self.field.density(self.x[i]))
             for k in ti.static(range(3)):
                 self.answer[i][k], self.answer[i][3 + k] = normal[k], shift[k]
             self.answer[i][6], self.answer[i][7], self.answer[i][8] = gap, room, ti.cast(winner, float)
