@@ -30,8 +30,8 @@ class Probe:
                 for j in range(n + 1 - i):
                     point = a + (b - a) * (i / n) + (c - a) * (j / n)
                     samples += 1
-                    if self.body.density(point) > 1.0:
-                        gap, _, _ = self.body.gap(point)
+                    gap, _, _, density = self.body.gap_within(point, 0.0)
+                    if density > 1.0:
                         depth = ti.max(depth, -gap)
                         inside += 1
             self.depth[t], self.inside[t], self.samples[t] = depth, inside, samples

@@ -61,7 +61,7 @@ class LocalBlocks:
             for k in range(3 * self.vertices[0]):
                 self._sweep(crew, k)
             for row in range(3 * self.vertices[0]):
-                for part in ti.static(range(self.parts)):
+                for part in range(self.parts):
                     self.inverse[c, row, part] = -ti.cast(self.work[crew, row, part], ti.f32)
 
     @ti.func
@@ -84,7 +84,8 @@ class LocalBlocks:
         """What the matrix has in row ``a`` of block c; where a vertex is held, or none is there, that of the unit."""
         i = self.member[c * self.size + a]
         if i == self.nv:
-            self._put(crew, a, a, ti.Matrix.identity(float, 3))
+            for k in range(3):
+                self.entry[crew, 3 * a + k, 3 * a + k] = 1.0
         else:
             own, free = self.matrix.own(i), self.matrix.free[i]
             own *= free.outer_product(free)
@@ -145,7 +146,7 @@ class LocalBlocks:
     def solve(self, c: int, r: ti.template(), z: ti.template()):
         """Set what block c has of the vector field z to its inverse times r, both of single precision, with an entry
         for the vertex that is missing."""
-        for part in ti.static(range(self.parts)):
+        for part in range(self.parts):
             total = ti.Vector([0.0] * self.lanes, ti.f32)
             for b in range(self.vertices[0]):
                 source = r[self.member[c * self.size + b]]
@@ -153,5 +154,5 @@ class LocalBlocks:
                     # the inverse is symmetric
                     total += self.inverse[c, 3 * b + k, part] * source[k]
             for k in ti.static(range(self.lanes)):
-                row = ti.static(self.lanes * part + k)
+                row = self.lanes * part + k
                 z[self.member[c * self.size + row // 3]][row % 3] = total[k]
