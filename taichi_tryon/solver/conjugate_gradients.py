@@ -87,9 +87,7 @@ class ConjugateGradients:
         for turn in range(self.crew.turns):
             if turn % fields.LEAST_TURNS == 0:
                 phase, staying = 0, 1
-                while (
-                    staying == 1 and phase < self.loops * most and (phase % self.loops > 0 or self.going[None] == 1)
-                ):
+                while staying == 1 and phase < self.loops * most and (phase % self.loops > 0 or self.going[None] == 1):
                     staying = self._share(turn // fields.LEAST_TURNS, phase, tolerance)
                     phase += 1
 
