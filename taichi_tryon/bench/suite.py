@@ -31,6 +31,7 @@ SUITES = {
         "hanging_strip",
         "sphere",
         "incline",
+        "layers_incline",
         "tube",
         "waistband",
         "capstan",
