@@ -56,7 +56,7 @@ SUITES = {
         "output",
         "kernels",
     ),
-    "cost": ("stages", "bandwidth", "linear", "growth", "balls"),
+    "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
     "stability": ("bad_input", "kills"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
