@@ -57,7 +57,7 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
-    "stability": ("bad_input", "kills"),
+    "stability": ("bad_input", "kills", "crossings"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
