@@ -31,7 +31,7 @@ class Case:
 
 CASES = {
     "nothing touches": Case("validation/drop_on_sphere.yaml", 10.101, 20.408, before=2, steps=12, limit=1.3),
-    "folds": Case("scenes/skirt_twirl.yaml", 8.4, 24, before=80, steps=12, limit=3.0),
+    "folds": Case("scenes/skirt_twirl.yaml", 10.5, 24, before=80, steps=12, limit=3.0),
 }
 WITH, WITHOUT = "contact.layers={}", "contact.layers=null"
 
