@@ -11,7 +11,7 @@ from taichi_tryon.body.skeleton import Motion, Pose
 from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.dressing.check import crossings
-from taichi_tryon.dressing.layers import Layer, beneath
+from taichi_tryon.dressing.layers import Layer, beneath, touching
 from taichi_tryon.dressing.place import Dressed, dress
 from taichi_tryon.errors import DressingError, below
 from taichi_tryon.fabric import Moduli
@@ -20,10 +20,13 @@ from taichi_tryon.mesh.garment import GarmentMesh, build
 from taichi_tryon.pattern.changes import changed, joined
 from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
-from taichi_tryon.sheet.mesh import sheet_mesh
+from taichi_tryon.sheet.mesh import PANEL, sheet_mesh
 from taichi_tryon.sheet.place import place
 from taichi_tryon.timing import Stopwatch
-from taichi_tryon.units import MM
+from taichi_tryon.units import CM, MM
+
+# part of the layers' thickness that layers must be apart at the start
+LEAST_DISTANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     if scene.contact.layers:
         with clock("dressing"):
             _require_order(garments)
-            _require_apart(garments, cloth, positions)
+            _require_apart(garments, cloth, positions, scene.contact.layers.thickness_mm * MM)
     holds = []
     for number, (garment, part) in enumerate(zip(garments, cloth.parts, strict=True)):
         for name, spec in garment.spec.holds.items():
@@ -108,15 +111,25 @@ def _shared(garment: Garment, positions: np.ndarray, velocities: np.ndarray) -> 
     return replace(garment, mesh=replace(garment.mesh), dressed=dressed, velocities=velocities)
 
 
-def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray) -> None:
-    """Raise DressingError where cloth passes through cloth at the start: layers that cross can never be parted."""
-    pairs = crossings(positions, cloth.triangles)
+def _require_apart(garments: list[Garment], cloth: Cloth, positions: np.ndarray, thickness: float) -> None:
+    """Raise DressingError where cloth passes through cloth at the start, or lies on it without a distance: layers that
+    cross can never be parted, and of those that touch nothing says which is the upper one."""
+    triangles = cloth.triangles
+    pairs, what = crossings(positions, triangles), "pairs of triangles cross"
+    if not len(pairs):
+        near = touching(positions, triangles, LEAST_DISTANCE * thickness)
+        of_vertex = np.zeros(cloth.vertex_count, int)
+        of_vertex[triangles] = np.arange(len(triangles))[:, None]
+        pairs, what = np.column_stack([of_vertex[near[:, 0]], near[:, 1]]), "vertices touch other cloth"
     if len(pairs):
         names = np.concatenate([[f"{g.name}.{g.mesh.panel_names[p]}" for p in g.mesh.panel] for g in garments])
         one, other = names[pairs[0]]
+        place = ", ".join(f"{x:.1f}" for x in positions[triangles[pairs[0]]].mean(axis=(0, 1)) / CM)
+        sheet = any(garment.spec.sheet for garment in garments if f"{garment.name}.{PANEL}" in (one, other))
+        mend = "move the sheet" if sheet else "change the dressing there, raise dressing.layer_mm of the outer garment"
         raise DressingError(
-            f"{len(pairs)} pairs of triangles cross at the start, the first of {one} and {other}; change the dressing "
-            "there, raise dressing.layer_mm of the outer garment, or leave contact.layers out",
+            f"{len(pairs)} {what} at the start, the first of {one} and {other} at [{place}] cm; {mend}, or leave "
+            "contact.layers out",
             at=("contact", "layers"),
         )
 

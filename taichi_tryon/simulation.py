@@ -92,7 +92,7 @@ class Simulation:
                 self._moving,
                 clock,
                 setup.holds.free,
-                layers and (layers.stiffness_N_per_m3, layers.thickness_mm * MM),
+                layers and (layers.stiffness_N_per_m3, layers.thickness_mm * MM, layers.friction),
             )
             if not skip.constant_matrices:
                 self.stepper.potential.assemble_all()
@@ -193,6 +193,8 @@ class Simulation:
         settings = {"dress": self._dressing, "settle": self._settling}
         self.stepper.settings = settings.get(phase, self._moving)
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        if self.stepper.rubbing:
+            self.stepper.rubbing.coefficient[None] = scene.contact.layers.friction * (phase != "dress")
         # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
         self.stepper.elastic.rub(phase != "dress")
         bears = np.ones(self.setup.cloth.vertex_count)

@@ -67,6 +67,8 @@ def _laws(setup: Setup) -> Iterator[Entry]:
         yield "friction", "contact.friction is 0"
     if scene.contact.layers is None:
         yield "contact of cloth with cloth", "contact.layers does not ask for it"
+    elif scene.contact.layers.friction == 0:
+        yield "friction between layers", "contact.layers.friction is 0"
     moduli = [Moduli.from_spec(garment.spec.fabric) for garment in setup.garments]
     if not any(np.any(m.shear_friction) for m in moduli):
         yield "dry friction in shear", "no fabric has shear_hysteresis_gf_per_cm"

@@ -58,18 +58,25 @@ def test_what_cannot_be_put_on(make_cone_scene):
 def test_layers_that_cross_at_the_start_are_refused(make_cone_scene):
     fabric = make_cone_scene()["garments"][0]["fabric"]
 
-    def scene(height_cm, layers):
+    def scene(height_cm, layers, x_degree=90, z_cm=0.0):
         sheets = [
             {
                 "name": name,
                 "sheet": {"size_cm": [10, 10], "rotation_degree": turn, "origin_cm": origin},
                 "fabric": fabric,
             }
-            for name, turn, origin in (("low", [0, 0, 0], [0, 0, 0]), ("cut", [90, 0, 0], [0.7, height_cm, -5]))
+            for name, turn, origin in (
+                ("low", [0, 0, 0], [0, 0, 0]),
+                ("cut", [x_degree, 0, 0], [0.7, height_cm, -5 * x_degree / 90 + z_cm]),
+            )
         ]
         return SceneSpec.model_validate({"scene": "two", "garments": sheets, "contact": {"layers": layers}})
 
-    with pytest.raises(DressingError, match=r"\d+ pairs of triangles cross at the start.*low.*cut"):
+    with pytest.raises(DressingError, match=r"\d+ pairs of triangles cross at the start.*low.*cut.* cm; move the"):
         check_scene(scene(5.0, {}))
+    # in one plane, where nothing says which is the upper one; and half a thickness apart
+    with pytest.raises(DressingError, match=r"\d+ vertices touch other cloth at the start.*low.* at \[.*\] cm"):
+        check_scene(scene(5.0, {}, x_degree=0))
+    assert not [line for line in check_scene(scene(5.0, {}, 0, 0.05)) if "contact of cloth with cloth" in line]
     assert "skipped: contact of cloth with cloth: contact.layers does not ask for it" in check_scene(scene(5.0, None))
     assert not [line for line in check_scene(scene(-5.0, {})) if "contact of cloth with cloth" in line]

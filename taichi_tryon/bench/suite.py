@@ -31,6 +31,7 @@ SUITES = {
         "hanging_strip",
         "sphere",
         "incline",
+        "layers_incline",
         "tube",
         "waistband",
         "capstan",
@@ -55,8 +56,8 @@ SUITES = {
         "output",
         "kernels",
     ),
-    "cost": ("stages", "bandwidth", "linear", "growth", "balls"),
-    "stability": ("bad_input", "kills"),
+    "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
+    "stability": ("bad_input", "kills", "crossings"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""

@@ -10,14 +10,14 @@ stiffer in one place than in another.
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
 limit are those of the last iterate's normal force, which makes friction the gradient of a convex potential, quadratic
-where it sticks and linear where it slips (the return map of perfect plasticity; Simo and Hughes 1998, ch. 1); at
-convergence Coulomb's law holds exactly.
+where it sticks and linear where it slips (see ``friction``); at convergence Coulomb's law holds exactly.
 """
 
 import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.contact import friction as dry
 from taichi_tryon.contact.samples import Samples
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
@@ -26,9 +26,6 @@ BAND = 2e-3
 STIFF = 3.0
 # cloth further off the body than this is not carried along with it [m]
 CARRIED = 0.04
-# slipping, a spring keeps this share of its stiffness along its way in the Hessian, so that a sample held by nothing
-# else does not run away
-ALONG = 0.02
 
 
 @ti.data_oriented
@@ -103,10 +100,7 @@ class BodyContact:
     @ti.func
     def _bond(self, s: int) -> float:
         """Friction on sample s over its drag [N/m]."""
-        bond, length = self.stick[s], self.drag[s].norm()
-        if bond * length > self.limit[s]:
-            bond = self.limit[s] / length
-        return bond
+        return dry.bond_of(self.stick[s], self.limit[s], self.drag[s].norm())
 
     @ti.func
     def _respond(self, s: int):
@@ -123,12 +117,7 @@ class BodyContact:
         normal_part = n.outer_product(n)
         hold = self._steepness(s) * self.area[s] * normal_part
         if ti.static(self.rubs):
-            drag, bond = self.drag[s], self._bond(s)
-            length = drag.norm()
-            tangential = bond * (ti.Matrix.identity(float, 3) - normal_part)
-            if self.along[s] < 1.0 and length > 0.0:
-                tangential -= bond * (1.0 - self.along[s]) * drag.outer_product(drag) / (length * length)
-            hold += tangential
+            hold += dry.tangent(self._bond(s), self.along[s], self.drag[s], normal_part)
         return hold
 
     @ti.kernel
@@ -242,8 +231,8 @@ class BodyContact:
                 self.stick[s] = self._steepness(s) * self.area[s] if self.friction[None] > 0.0 else 0.0
                 self.limit[s] = self.friction[None] * self._pressure(s) * self.area[s]
                 drag = self.drag[s] + ahead * (v - n * n.dot(v))
-                if slipped or self.stick[s] * drag.norm() > 1.000001 * self.limit[s]:
-                    self.along[s] = ALONG
+                if slipped or dry.slips(self.stick[s], self.limit[s], drag):
+                    self.along[s] = dry.ALONG
                 self._respond(s)
 
     def end_step(self):
@@ -256,10 +245,7 @@ class BodyContact:
         for s in range(self.count):
             slip = ti.Vector([0.0, 0.0, 0.0])
             if self.depth[s] > 0.0:
-                slip = self.drag[s]
-                limit, length = self.friction[None] * self._pressure(s) / self._steepness(s), slip.norm()
-                if length > limit:
-                    slip *= limit / length
+                slip = dry.kept(self.drag[s], self.friction[None] * self._pressure(s) / self._steepness(s))
             self.slip[s] = slip
 
     @ti.func
@@ -301,9 +287,7 @@ class BodyContact:
                 if self.depth[s] > 0.0:
                     total += self._stored(s) * self.area[s]
                     if ti.static(self.rubs):
-                        length = self.drag[s].norm()
-                        reach = ti.min(length, self.limit[s] / self.stick[s]) if self.stick[s] > 0.0 else 0.0
-                        total += self.stick[s] * reach * (length - 0.5 * reach)
+                        total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
             sums[chunk, 0] = total
 
     def energy(self) -> float:

@@ -3,7 +3,7 @@
 Pairs of a vertex and a triangle and pairs of two edges that are nearer than the thickness t push each other apart along
 the line of their closest points, by a barrier (see ``barrier``) that no step overcomes; and no step goes further than
 every pair can go without meeting (see ``passage``). The Hessian of a pair is its barrier's curvature along that line;
-that the line turns is left out.
+that the line turns is left out. Across it pairs rub (see ``rubbing``).
 """
 
 import numpy as np
@@ -15,6 +15,7 @@ from taichi_tryon.contact import barrier
 from taichi_tryon.contact.distance import FACE, weights_of
 from taichi_tryon.contact.passage import free_part
 from taichi_tryon.contact.proximity import Pairs, Proximity
+from taichi_tryon.contact.rubbing import Rubbing
 from taichi_tryon.errors import StepFailure
 
 # pairs that can touch at once, for each vertex
@@ -28,14 +29,15 @@ ROUNDS = 6
 @ti.data_oriented
 class ClothContact:
     """Contact of the cloth at ``x``, on its way along ``path``, with itself. stiffness k [N/m^3], thickness t [m]: the
-    pressure is about 3 k (t - d)^2 / t at a distance d little below t.
+    pressure is about 3 k (t - d)^2 / t at a distance d little below t. ``rubbing`` is the friction, None without any.
 
     First ``look_ahead``, then ``evaluate`` as often as positions on that way are tried, then ``bind``. Of the first
     ``count`` pairs, bound ones and then guards, ``load`` is the force along their weights [N], ``hold`` the Hessian of
     their distance vector [N/m].
     """
 
-    def __init__(self, cloth: Cloth, x, path, stiffness: float, thickness: float):
+    def __init__(self, cloth: Cloth, x, path, stiffness: float, thickness: float, friction=0.0, x_start=None, v=None):
+        """friction: its coefficient, with which x_start and v are those of ``Rubbing``."""
         self.nv, self.x, self.path = cloth.vertex_count, x, path
         self.edge_length = float(np.sqrt(4 / np.sqrt(3) * cloth.areas.mean()))
         self.proximity = Proximity(cloth, x, path, thickness, self.edge_length)
@@ -51,9 +53,12 @@ class ClothContact:
         self.hold = ti.Matrix.field(3, 3, float, shape=self.capacity)
         self.start = ti.field(ti.i32, shape=self.nv + 1)
         self.entry = ti.field(ti.i32, shape=4 * self.capacity)
+        self.rubbing: Rubbing | None = None
+        if friction > 0.0:
+            self.rubbing = Rubbing(x, x_start, v, self.corner, self.weight, self.load, self.hold, friction)
         self.pairs: Pairs | None = None
         self.pair_area, self.free, self.touching = np.zeros(0), np.zeros(0), np.zeros(0, bool)
-        self.stored, self.count = 0.0, 0
+        self.squeezed, self.count = 0.0, 0
         self.guards: list[tuple[Pairs, np.ndarray]] = []
 
     def compile(self, b) -> None:
@@ -62,6 +67,8 @@ class ClothContact:
         self._free_parts(none.kind, none.corners, self.free[:0])
         self._guard(0, none.kind, self.free[:0], 0.0)
         self.push(b, self.capacity)
+        if self.rubbing:
+            self.rubbing.compile()
 
     # -- the way ahead --------------------------------------------------------------------------------------------
 
@@ -126,12 +133,17 @@ class ClothContact:
 
     def evaluate(self) -> None:
         """Which pairs touch at the present positions, which lie on the paths last looked along, and the energy [J]
-        that is ``stored`` in them."""
+        with which they are ``squeezed``."""
         energies = np.empty(len(self.pairs))
         self._measure(self.pairs.kind, self.pairs.corners, self.pair_area, energies)
         self.touching = energies > 0
         # only those that touch: the sum's order must not depend on what else was looked at
-        self.stored = float(energies[self.touching].sum())
+        self.squeezed = float(energies[self.touching].sum())
+
+    @property
+    def stored(self) -> float:
+        """Energy [J] of the pairs as last evaluated, and of the friction of those that were bound before."""
+        return self.squeezed + (self.rubbing.energy() if self.rubbing else 0.0)
 
     @ti.kernel
     def _measure(
@@ -153,12 +165,14 @@ class ClothContact:
         length = ti.max(away.norm(), 1e-12)
         return 1.0 - length / self.thickness[None], away / length, w
 
-    def bind(self) -> None:
-        """Forces and Hessian of the pairs that touch, as last evaluated, without guards. Raises StepFailure where
-        there are more of them than can be held."""
+    def bind(self, first: bool = False, ahead: float = 0.0) -> None:
+        """Forces and Hessian of the pairs that touch, as last evaluated, without guards; ``first`` and ``ahead`` as in
+        ``BodyContact.bind``. Raises StepFailure where there are more of them than can be held."""
         self.bound, self.bound_area = self.pairs[self.touching], self.pair_area[self.touching]
         self.guards = []
         self._bind_all(0.0)
+        if self.rubbing:
+            self.rubbing.bind(self.bound.key, first, ahead)
 
     def _bind_all(self, stiffness: float) -> None:
         corners = np.concatenate([self.bound.corners, *(pairs.corners for pairs, _ in self.guards)])

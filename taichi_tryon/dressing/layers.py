@@ -68,6 +68,19 @@ def heights(points: np.ndarray, layer: Layer, reach: float) -> tuple[np.ndarray,
     return height, up, at_rim
 
 
+def touching(positions: np.ndarray, triangles: np.ndarray, least: float) -> np.ndarray:
+    """Vertices and triangles (k, 2) nearer to each other than ``least`` [m], which no edge is shorter than, but for a
+    triangle's own corners."""
+    corners = positions[triangles]
+    vertex, triangle = _candidates(positions, corners, least)
+    alien = (triangles[triangle] != vertex[:, None]).all(axis=1)
+    vertex, triangle = vertex[alien], triangle[alien]
+    weights = _closest(positions[vertex], corners[triangle])
+    away = positions[vertex] - np.einsum("nk,nki->ni", weights, corners[triangle])
+    near = np.linalg.norm(away, axis=1) < least
+    return np.column_stack([vertex[near], triangle[near]])
+
+
 def _candidates(points: np.ndarray, corners: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Ids of points and triangles: for each point within reach, all triangles that can be its nearest."""
     centroids = corners.mean(axis=1)

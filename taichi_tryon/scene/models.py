@@ -104,6 +104,7 @@ class LayersSpec(Spec):
     stiffness_N_per_m3: float = Field(
         1.0e8, ge=1e4, le=1e11, description="k: at a distance d little below t the pressure is about 3 k (t - d)^2 / t"
     )
+    friction: float = Field(0.3, ge=0, le=2, description="Coulomb friction coefficient of cloth on cloth")
 
 
 class ContactSpec(Spec):

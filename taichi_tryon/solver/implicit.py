@@ -36,8 +36,8 @@ class ImplicitStep:
         self, cloth: Cloth, body, positions, contact, gravity, settings: StepSettings, clock, free=None, layers=None
     ):
         """positions (nv, 3) [m]; contact: stiffness [N/m^3], thickness [m], friction, and whether what is far off
-        the body sleeps; free (nv, 3), False where and along which axes a vertex is held; layers: stiffness and
-        thickness of the contact of cloth with cloth, None where it is not wanted."""
+        the body sleeps; free (nv, 3), False where and along which axes a vertex is held; layers: stiffness,
+        thickness and friction of the contact of cloth with cloth, None where it is not wanted."""
         self.nv, self.settings = cloth.vertex_count, settings
         self.x, self.v, self.a, self.x_start, self.path = (ti.Vector.field(3, float, shape=self.nv) for _ in range(5))
         # of the stage that is solved, and the velocity at which the one before ended: see schemes
@@ -51,7 +51,8 @@ class ImplicitStep:
         if body.present:
             samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
-        self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers)
+        self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers, self.x_start, self.v)
+        self.rubbing = self.layers.rubbing if self.layers else None
         tables = fields.Tables()
         tables.set(self.x, positions)
         tables.set(self.held_at, positions)
@@ -108,6 +109,8 @@ class ImplicitStep:
             self.flight.keep(self)
             self.acceleration_known = inertia > 0.0
             self.contact.end_step()
+            if self.rubbing:
+                self.rubbing.end_step()
             self.elastic.end_step()
         else:
             self._restore()
@@ -219,6 +222,7 @@ class ImplicitStep:
             "touched": self.flight.touched,
             "coasting_waits": np.array(self.newton.wait),
             **self.elastic.state(),
+            **(self.rubbing.state() if self.rubbing else {}),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -231,6 +235,8 @@ class ImplicitStep:
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         self.elastic.restore(state)
+        if self.rubbing:
+            self.rubbing.restore(state)
 
     def place_held(self, targets: np.ndarray) -> None:
         """Where what is held shall be at the end of the next step: targets (nv, 3) [m]."""

@@ -59,7 +59,7 @@ class Newton:
         phi, self.settings = self.potential, settings
         s = self.solution = Solution()
         phi.begin(inverse_dt, ahead)
-        if ahead > 0.0 and self.layers is None:
+        if ahead > 0.0:
             self._coast(ahead)
         s.residual, progress = self.slope()[0], False
         while s.newton_iterations < settings.max_newton_iterations:
@@ -103,9 +103,12 @@ class Newton:
         self.potential.value()
         self.potential.assemble(exact=False)
         self.linear.solve(0.5, 1)
+        if self.layers is not None:
+            self.way.toward(self.potential.x_hat, self.potential.free, 1e-6)
         self.way.aim(self.linear.d, 1e-6)
         if self.layers is not None:
             self.layers.compile(self.linear.b)
+            self.way.along(self.linear.b)
         self.way.go(0.0)
         self.way.start()
         self.way.arrive()

@@ -69,7 +69,7 @@ class Potential:
         with self.clock("contact"):
             self.contact.bind(int(ahead is not None), ahead or 0.0)
             if self.layered:
-                self.layers.bind()
+                self.layers.bind(ahead is not None, ahead or 0.0)
 
     def stored(self) -> float:
         """Elastic and contact energy [J] where last evaluated."""

@@ -75,7 +75,11 @@ class Way:
         """Start to a ``goal`` along what is ``free``; the share of the way in which no vertex that is near the body
         goes further than ``longest_move`` [m], 0 where the goal is not finite."""
         self._toward(goal, free)
-        return self._share(self.path, longest_move)
+        share = self._share(self.path, longest_move)
+        if self.layers is not None and share > 0.0:
+            self._look_ahead()
+            self.keep_apart()
+        return share
 
     def _share(self, vectors, longest_move: float) -> float:
         """The share of a field of vectors that may be gone at once, 0 where one is not finite."""

@@ -243,6 +243,10 @@ def test_a_free_way_is_left_as_it_is(layers):
         assert np.array_equal(layers.path.to_numpy(), whole)
 
 
+def test_without_friction_nothing_rubs(layers):
+    assert layers.law.rubbing is None
+
+
 def test_with_no_pairs_at_all_everything_works(layers):
     at = layers.lying(1.0)
     layers.look(at)

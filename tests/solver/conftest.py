@@ -19,7 +19,7 @@ EXACT = StepSettings(
     tolerance=1e-7, max_newton_iterations=60, linear_tolerance=1e-6, max_linear_iterations=2000, longest_move=0.1
 )
 CONTACT = SimpleNamespace(stiffness=1e7, thickness=5e-4, friction=0.3)
-LAYERS = SimpleNamespace(stiffness=1e8, thickness=1e-3)
+LAYERS = SimpleNamespace(stiffness=1e8, thickness=1e-3, friction=0.3)
 
 
 @pytest.fixture(scope="session")
@@ -149,7 +149,7 @@ def two_sheets(make_sheet, moduli, floor_and_ball_field):
     flat = np.column_stack([flat[:, 0], np.full(len(flat), 5.0), -flat[:, 1]])
     positions = np.concatenate([flat, flat + [0, 0.5, 0]])
     laws = (CONTACT.stiffness, CONTACT.thickness, CONTACT.friction)
-    layers = (LAYERS.stiffness, LAYERS.thickness)
+    layers = (LAYERS.stiffness, LAYERS.thickness, LAYERS.friction)
     settings = replace(EXACT, linear_tolerance=1e-2, max_newton_iterations=3)
     step = ImplicitStep(cloth, floor_and_ball_field, positions, laws, GRAVITY, settings, Stopwatch(), layers=layers)
     step.compile()

@@ -79,7 +79,7 @@ def test_a_sheet_that_falls_onto_another_stays_on_it(two_sheets, start):
 
 
 def test_at_rest_one_bears_the_weight_of_the_other(two_sheets, start):
-    """There is no friction between them: the upper one may only go up and down."""
+    """The upper one may only go up and down, lest it slide."""
     two, free = two_sheets, np.tile(rim(two_sheets), 3)
     high(two, free)[:, [0, 2]] = False
     step = start(np.concatenate([two.flat, turned(two.flat) + [0, 0.9e-3, 0]]), free=free)

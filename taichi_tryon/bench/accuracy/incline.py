@@ -23,7 +23,7 @@ def records(quick: bool) -> Iterator[Record]:
     """Creep below the angle of friction, acceleration above it."""
     seconds = 2 if quick else 10
     angle = np.arctan(STICKS * FRICTION)
-    done = simulate("incline", _gravity(angle), f"drape.duration_s={seconds}")
+    done = simulate("incline", gravity(angle), f"drape.duration_s={seconds}")
     creep = np.linalg.norm((done.positions - done.setup.positions)[:, [0, 2]], axis=1).max()
     where = {"tan_over_mu": STICKS, "duration_s": seconds}
     yield absolute("incline", where, "creep", "mm", 1e3 * creep, 0.0, CREEP_LIMIT_MM, done.wall_s)
@@ -31,7 +31,7 @@ def records(quick: bool) -> Iterator[Record]:
     angle = np.arctan(SLIDES * FRICTION)
     course = []
     done = simulate(
-        "incline", _gravity(angle), f"drape.duration_s={0.5 if quick else 1}", watch=lambda s: course.append(_speed(s))
+        "incline", gravity(angle), f"drape.duration_s={0.5 if quick else 1}", watch=lambda s: course.append(_speed(s))
     )
     (t0, v0), (t1, v1) = course[len(course) // 2], course[-1]
     exact = GRAVITY * (np.sin(angle) - FRICTION * np.cos(angle))
@@ -39,7 +39,8 @@ def records(quick: bool) -> Iterator[Record]:
                    ACCELERATION_LIMIT, done.wall_s)  # fmt: skip
 
 
-def _gravity(angle: float) -> str:
+def gravity(angle: float) -> str:
+    """What turns gravity by an angle [rad] instead of the slope."""
     return f"gravity_m_s2=[{GRAVITY * np.sin(angle)}, {-GRAVITY * np.cos(angle)}, 0]"
 
 

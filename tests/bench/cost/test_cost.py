@@ -6,15 +6,26 @@ import sys
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.cost import balls, bandwidth, growth, stages, step
+from taichi_tryon.bench.cost import balls, bandwidth, growth, layers, stages, step
 from taichi_tryon.bench.cost.plot import plot_growth
 from taichi_tryon.bench.cost.step import StepCost
+from taichi_tryon.bench.skip.course import Course
 
 
 def cost(vertices: int, exponent: float = 1.1, iterations: float = 10.0, each: int = 3000) -> StepCost:
     seconds = 1e-5 * vertices**exponent
     memory = 100_000_000 + each * vertices
     return StepCost(vertices, seconds, 2 * seconds, 2.0, iterations, memory, {})
+
+
+def course(seconds: float) -> Course:
+    return Course(np.zeros((9, 3)), 12, {"step": seconds}, 1.0, 1, 40, 0, 0, (0, 0))
+
+
+def test_layers_are_judged_by_the_shortest_of_each():
+    layered, plain = [course(0.02), course(0.012)], [course(0.01), course(0.03)]
+    assert judged(layers.of("sheet", layered, plain, 1.3)) == {"with_over_without": (pytest.approx(1.2), True)}
+    assert judged(layers.of("sheet", layered, plain, 1.1)) == {"with_over_without": (pytest.approx(1.2), False)}
 
 
 def judged(records) -> dict:
