@@ -122,13 +122,16 @@ class Ledger:
 
 
 def _led(setup: Setup) -> tuple[float, float]:
-    """Greatest speed [m/s] of a ball of the body and of what is held, and the greatest distance [m] that one goes."""
+    """Greatest speed [m/s] and greatest distance [m] at which what is held is led, and the body where the cloth is."""
     times = np.linspace(0, setup.end_time, 2001) if setup.end_time else np.zeros(2)
+    ends = np.array([setup.positions.min(axis=0), setup.positions.max(axis=0)])
+    box = np.array([[ends[i, 0], ends[j, 1], ends[k, 2], 1] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    rest = np.linalg.inv(setup.motion.transforms(0.0))
 
     def places(time: float) -> np.ndarray:
-        balls = setup.body.posed(setup.motion.transforms(time)).centers
-        return np.concatenate([balls, setup.holds.targets(time)])
+        carried = box @ (setup.motion.transforms(time) @ rest).transpose(0, 2, 1)
+        return np.concatenate([carried[..., :3].reshape(-1, 3), setup.holds.targets(time)])
 
-    at = np.array([places(time) for time in times])
-    speed = np.linalg.norm(np.diff(at, axis=0), axis=2).max() / max(times[1], 1e-9)
-    return float(speed), float(np.linalg.norm(at - at[0], axis=2).max())
+    at = [places(time) for time in times]
+    steps = max(np.linalg.norm(after - before, axis=1).max() for before, after in zip(at, at[1:], strict=False))
+    return float(steps / max(times[1], 1e-9)), max(float(np.linalg.norm(now - at[0], axis=1).max()) for now in at)
