@@ -24,6 +24,8 @@ DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
 DRESSING_TOLERANCE = 0.1
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
+# part of the stored energy by which it may rise where no smaller rise leads on
+OVER_A_JUMP = 0.1
 # the longest step of settling [s], where there is no inertia left to follow
 LONGEST_SETTLING_STEP = 1.0
 
@@ -135,10 +137,28 @@ class Simulation:
         while not (result := self._try_step()).accepted:
             p.rejected += 1
             if p.dt < least:
+                result = self._try_over_a_jump()
+                if result.accepted:
+                    break
                 reason = result.reason or f"no step longer than solver.min_step_s = {least:g} s lowers the energy"
                 raise NoStep(f"{reason}, in phase {p.phase} at {p.time:.4f} s")
         if self._phase_over():
             self._next_phase()
+
+    def _try_over_a_jump(self) -> StepResult:
+        """The smallest step once more, the energy being let rise by more. Bending jumps where cloth that does not feel
+        itself is folded so far that a triangle passes through the next one: right before that, no step is short enough.
+        """
+        settings, step = self.stepper.settings, self.progress.dt
+        self.stepper.settings = replace(settings, tolerated=OVER_A_JUMP)
+        self.progress.dt = self.scene.solver.min_step_s
+        try:
+            result = self._try_step()
+        finally:
+            self.stepper.settings = settings
+        if not result.accepted:
+            self.progress.dt = step
+        return result
 
     def _try_step(self) -> StepResult:
         p = self.progress

@@ -15,6 +15,7 @@ from taichi_tryon.scene.load import load_scene
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
+from taichi_tryon.solver.settings import StepResult
 from taichi_tryon.timing import Stopwatch
 
 ROOT = Path(__file__).parents[1]
@@ -148,6 +149,27 @@ def test_where_no_step_can_be_done_it_fails_and_keeps_the_last_state(simulation,
     assert np.array_equal(simulation.stepper.x.to_numpy(), good["positions"])
     assert simulation.progress.steps == int(good["progress_steps"])
     assert simulation.progress.rejected >= 10
+
+
+def test_where_the_energy_jumps_before_every_step_the_smallest_one_goes_over_it(simulation, course, monkeypatch):
+    good = course[len(course) // 3][3]
+    simulation.restore(good)
+    step, settings, tried = simulation._try_step, simulation.stepper.settings, []
+
+    def blocked():
+        p = simulation.progress
+        tried.append(p.dt)
+        if simulation.stepper.settings.tolerated > settings.tolerated:
+            return step()
+        p.dt *= 0.5
+        return StepResult(False, 1, 1, np.inf, 0.0, 0.0, 0.5)
+
+    monkeypatch.setattr(simulation, "_try_step", blocked)
+    simulation.advance()
+    assert tried[-1] == simulation.scene.solver.min_step_s > tried[-2] / 2
+    assert simulation.stepper.settings == settings
+    assert simulation.progress.steps == int(good["progress_steps"]) + 1
+    assert simulation.progress.rejected == int(good["progress_rejected"]) + len(tried) - 1
 
 
 def test_where_there_is_too_much_contact_it_tries_shorter_steps(simulation, course, monkeypatch):

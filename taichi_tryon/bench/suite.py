@@ -18,6 +18,7 @@ from taichi_tryon.bench.pareto.plot import plot_pareto
 from taichi_tryon.bench.plots import plot_convergence
 from taichi_tryon.bench.record import Record
 from taichi_tryon.bench.skip.plot import plot_skips
+from taichi_tryon.bench.stability.plot import plot_grid
 from taichi_tryon.errors import InputError, RunError, TryonError
 from taichi_tryon.output.files import replace_atomically
 from taichi_tryon.output.report import versions
@@ -57,12 +58,13 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
-    "stability": ("bad_input", "kills", "crossings"),
+    "stability": ("grid", "bad_input", "kills", "crossings"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
 PEERS = ("pareto",)
-PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth, "skip": plot_skips}
+PLOTS = {"accuracy": plot_convergence, "pareto": plot_pareto, "cost": plot_growth, "skip": plot_skips,
+         "stability": plot_grid}  # fmt: skip
 """What draws a suite's records, where they are drawn."""
 
 

@@ -17,8 +17,8 @@ from taichi_tryon.solver.potential import Potential
 from taichi_tryon.solver.settings import StepSettings
 from taichi_tryon.solver.way import Way
 
-# the line search tries no smaller share of a step; part of the stored energy by which Phi may rise where it jumps
-LEAST_SHARE, TOLERATED = 1 / 64, 0.01
+# the line search tries no smaller share of a step
+LEAST_SHARE = 1 / 64
 # below this residual, where a step is to be solved further, the membrane's Hessian is taken as it is, compression and
 # all: without it, wrinkles are stiffer in the matrix than in truth and take twice as many iterations
 EXACT_BELOW = 1e-3
@@ -142,7 +142,7 @@ class Newton:
         if not self._aim(longest):
             return False
         if self.layers is None:
-            return self._search(before, TOLERATED)
+            return self._search(before, self.settings.tolerated)
         if guards.stay_apart(self.layers, self.linear, self.clock, longest, self._aim):
             self.way.keep_apart()
             if self._search(before, 0.0):
@@ -158,7 +158,7 @@ class Newton:
         if not self._aim(self.settings.longest_move, anew=True):
             return False
         self.way.keep_apart(alike=True)
-        return self._search(before, TOLERATED)
+        return self._search(before, self.settings.tolerated)
 
     def _search(self, before: float, tolerated: float) -> bool:
         """Go along the way as far as Phi falls; where it does not at all, stay.

@@ -11,7 +11,7 @@ class StepSettings:
 
     tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
     residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
-    jumps through a limb.
+    jumps through a limb. tolerated: part of the stored energy by which the potential may rise where it jumps.
     """
 
     tolerance: float
@@ -21,6 +21,7 @@ class StepSettings:
     longest_move: float
     preconditioner: str = "coarse"
     scheme: str = "backward_euler"
+    tolerated: float = 0.01
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ end so must be all that was written. A run that ends before its moment is compar
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +20,7 @@ import numpy as np
 
 from taichi_tryon.bench.record import Record, absolute, told
 from taichi_tryon.bench.simulate import scene_path
-from taichi_tryon.errors import RunError
+from taichi_tryon.bench.stability.processes import end, start
 
 SCENE = "drop_on_sphere.yaml"
 OVERRIDES = ("mesh.edge_length_mm=100", "drape.duration_s=3", "output.frames_per_s=60", "output.checkpoint_s=0.1",
@@ -39,11 +37,11 @@ def records(quick: bool) -> Iterator[Record]:
     scene = scene_path(SCENE).absolute()
     with TemporaryDirectory() as folder:
         whole, parts = Path(folder) / "whole", Path(folder) / "parts"
-        _end(_start(scene, whole), whole)  # the kernels are compiled
+        end(_start(scene, whole), whole)  # the kernels are compiled
         shutil.rmtree(whole)
-        start = time.perf_counter()
-        _end(_start(scene, whole), whole)
-        whole_s = time.perf_counter() - start
+        since = time.perf_counter()
+        end(_start(scene, whole), whole)
+        whole_s = time.perf_counter() - since
         seen: set[str] = set()
         while counts["kills"] < kills:
             resume = (parts / "checkpoint.npz").exists()
@@ -66,7 +64,7 @@ def records(quick: bool) -> Iterator[Record]:
             shutil.rmtree(parts, ignore_errors=True)
             seen = set()
         resume = (parts / "checkpoint.npz").exists()
-        _end(_start(scene, parts, *["--resume"] * resume), parts)
+        end(_start(scene, parts, *["--resume"] * resume), parts)
         counts["results_that_differ"] += bool(differing(whole, parts))
     wall = time.perf_counter() - begin
     for quantity, value in counts.items():
@@ -108,16 +106,4 @@ def _result(folder: Path) -> dict:
 
 
 def _start(scene: Path, output: Path, *options: str) -> subprocess.Popen:
-    settings = [part for override in OVERRIDES for part in ("--set", override)]
-    command = [sys.executable, "-m", "taichi_tryon", "run", str(scene), "--output", str(output), "--quiet"]
-    pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    path = os.pathsep.join(filter(None, [os.getcwd(), os.environ.get("PYTHONPATH")]))
-    environment = {**os.environ, "PYTHONPATH": path}
-    return subprocess.Popen([*command, "--arch", "cpu", *settings, *options], text=True, env=environment, **pipes)
-
-
-def _end(process: subprocess.Popen, output: Path) -> None:
-    """Wait for a run that is left alone. Raises RunError where it fails."""
-    _, error = process.communicate()
-    if process.returncode:
-        raise RunError(f"{output.name}: exit code {process.returncode}: {error.strip()}")
+    return start(scene, output, *options, *(part for override in OVERRIDES for part in ("--set", override)))
