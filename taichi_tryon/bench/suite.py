@@ -57,7 +57,7 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls"),
-    "stability": ("bad_input", "kills", "grid"),
+    "stability": ("bad_input", "kills", "grid", "energy", "same_bits"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""
