@@ -12,12 +12,13 @@ from pathlib import Path
 
 import taichi as ti
 
-from taichi_tryon import kernel_launches, kernel_sources
+from taichi_tryon import kernel_launches, kernel_loops, kernel_sources
 from taichi_tryon.errors import InputError
 
 # before the modules with kernels are read
 kernel_sources.read_faster()
 kernel_launches.launch_faster()
+kernel_loops.stay_on_the_thread()
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,7 @@ def start(
     with redirect_stdout(io.StringIO()):
         ti.init(arch=ti.cuda if with_cuda else ti.cpu, **options)
     got = "cuda" if ti.cfg.arch == ti.cuda else "cpu"
+    kernel_loops.started(everything=got != "cpu", threads=threads)
     return Device(arch=got, precision=precision, threads=threads)
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from taichi_tryon import fields
+from taichi_tryon import fields, kernel_loops
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
 from taichi_tryon.errors import NoStep
@@ -83,6 +83,7 @@ class Simulation:
                 self.field.cover(setup.positions.min(axis=0), setup.positions.max(axis=0))
             self.transforms = setup.motion.transforms(0.0)
             self.field.set_pose(self.transforms)
+        kernel_loops.compile_for(setup.cloth.vertex_count)
         # compiling contact is no contact
         with clock("compile", whole=True):
             self.stepper = ImplicitStep(

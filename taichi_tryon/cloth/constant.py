@@ -38,6 +38,7 @@ from taichi_tryon import fields
 from taichi_tryon.cloth.bending_friction import BendingFriction
 from taichi_tryon.cloth.hinges import Hinges
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.kernel_loops import shared_if_many
 
 
 def matrix(cloth: Cloth) -> sp.csr_matrix:
@@ -177,6 +178,7 @@ class Constant:
             self.hinges.begin_stage(v, ahead, beyond)
 
     @ti.kernel
+    @shared_if_many
     def evaluate(self, inverse_dt: float):
         """Forces at the present positions."""
         for i in range(self.nv):

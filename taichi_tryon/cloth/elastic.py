@@ -18,6 +18,7 @@ from taichi_tryon.cloth.mid_edge import MidEdge
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.cloth.nodal import OWN, Nodes
 from taichi_tryon.cloth.tape import Tapes
+from taichi_tryon.kernel_loops import shared_if_many
 
 BENDING = {"mid_edge": MidEdge, "constant": Constant}
 
@@ -77,6 +78,7 @@ class Elastic:
             self.bending.end_step()
 
     @ti.kernel
+    @shared_if_many
     def _end_step(self):
         for t in range(self.nt):
             self.friction.drag(t, self._shear(t))
@@ -119,6 +121,7 @@ class Elastic:
         self.bending.evaluate(inverse_dt)
 
     @ti.kernel
+    @shared_if_many
     def _evaluate_strains(self, inverse_dt: float):
         for t in range(self.nt):
             f1, f2, e = self._triangle_strain(t)
@@ -181,6 +184,7 @@ class Elastic:
         return self.nodes.block(n, i, j, 1.0 + self.tau[fabric] * inverse_dt)
 
     @ti.kernel
+    @shared_if_many
     def _sum_energies(self, sums: ti.types.ndarray(), inverse_dt: float, first: int, last: int):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, last - first)

@@ -9,6 +9,7 @@ from taichi_tryon.cloth.bending import stuck_stiffness
 from taichi_tryon.cloth.bending_friction import BendingFriction
 from taichi_tryon.cloth.hinges import Hinges
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.kernel_loops import shared_if_many
 
 # Sweeps of the edge rotations' iteration an evaluation; it starts from the rotations of the last one. An even number
 # ends in the first of the two buffers.
@@ -63,6 +64,7 @@ class MidEdge:
         self.hinges.begin_step()
 
     @ti.kernel
+    @shared_if_many
     def end_step(self):
         """Dry friction slips."""
         for t in range(self.nt):
@@ -73,6 +75,7 @@ class MidEdge:
         self.hinges.begin_stage(v, ahead, beyond)
 
     @ti.kernel
+    @shared_if_many
     def evaluate(self, inverse_dt: float):
         """Spreads, edge rotations and moments at the present positions."""
         for e in range(self.ne):

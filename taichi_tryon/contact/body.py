@@ -19,6 +19,7 @@ import taichi as ti
 from taichi_tryon import fields
 from taichi_tryon.contact import friction as dry
 from taichi_tryon.contact.samples import Samples
+from taichi_tryon.kernel_loops import shared_if_many
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
@@ -140,6 +141,7 @@ class BodyContact:
         self._carry(part)
 
     @ti.kernel
+    @shared_if_many
     def _carry(self, part: float):
         for i in range(self.nv):
             gap, _, winner, _ = self.body.gap_within(self.x[i], 0.0)
@@ -162,6 +164,7 @@ class BodyContact:
         self.evaluations, self._placed = self.evaluations + 1, body.placed
 
     @ti.kernel
+    @shared_if_many
     def _evaluate(self, travelled: float, still: int, moves: int):
         for s in range(self.count):
             point = self._at(self.x, s)
@@ -221,6 +224,7 @@ class BodyContact:
             self._bind(first, ahead)
 
     @ti.kernel
+    @shared_if_many
     def _bind(self, first: int, ahead: float):
         for s in range(self.count):
             slipped = first == 1 and self.along[s] < 1.0

@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import shared
 
 
 @ti.data_oriented
@@ -20,6 +21,7 @@ class Probe:
         self.inside, self.samples = (ti.field(ti.i32, shape=self.count) for _ in range(2))
 
     @ti.kernel
+    @shared
     def _look(self, spacing: float):
         for t in range(self.count):
             a, b, c = self.x[self.triangle[t][0]], self.x[self.triangle[t][1]], self.x[self.triangle[t][2]]
@@ -42,8 +44,9 @@ class Probe:
         return self.depth.to_numpy(), self.inside.to_numpy(), self.samples.to_numpy()
 
     @ti.kernel
+    @shared
     def _gaps(self):
-        for i in self.gap:
+        for i in range(self.gap.shape[0]):
             gap, _, _ = self.body.gap(self.x[i])
             self.gap[i] = gap
 

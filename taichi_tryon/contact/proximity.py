@@ -17,6 +17,7 @@ from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.distance import EDGES, FACE, distance
 from taichi_tryon.contact.passage import reach
 from taichi_tryon.errors import StepFailure
+from taichi_tryon.kernel_loops import shared_if_many
 
 # cells of the grid at most, and their size in mean lengths of an edge
 CELLS, CELL_SIZE = 1 << 19, 1.5
@@ -159,6 +160,7 @@ class Proximity:
             near[p] = ti.cast(self._may_meet(kind[p], i, 0.0), ti.i32)
 
     @ti.kernel
+    @shared_if_many
     def _box(self, margin: float):
         for b in range(self.count):
             i = self.corner[b]
@@ -182,6 +184,7 @@ class Proximity:
         return self.path[i] if margin == 0.0 else ti.Vector([0.0] * 3)
 
     @ti.kernel
+    @shared_if_many
     def _sort(
         self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
         place: ti.types.ndarray(), items: ti.types.ndarray(), write: int,
@@ -198,6 +201,7 @@ class Proximity:
                     items[n] = b
 
     @ti.kernel
+    @shared_if_many
     def _look(
         self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
         start: ti.types.ndarray(), items: ti.types.ndarray(), found: ti.types.ndarray(), number: ti.types.ndarray(),

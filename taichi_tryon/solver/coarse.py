@@ -13,6 +13,7 @@ from scipy.linalg import lapack
 from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import shared_if_many
 from taichi_tryon.solver.matrix import ORDER
 
 MODES = 6
@@ -118,6 +119,7 @@ class CoarseSpace:
         return block, turn
 
     @ti.kernel
+    @shared_if_many
     def _gather(self, entries: ti.types.ndarray()):
         for J in range(self.patch_count):
             total = ti.Vector([0.0, 0.0, 0.0])

@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import several_threads, shared_if_many
 from taichi_tryon.solver.crew import Crew
 
 # iterations between two looks at whether to stop: a look costs a launch
@@ -34,7 +35,7 @@ class ConjugateGradients:
         self.works += [self._precondition, self._aim, self._multiply, self._go]
         self.conclusions = [(len(self.works) - 4, self._turn), (len(self.works) - 2, self._choose_step)]
         self.loops = len(self.works)
-        threads = ti.cfg.cpu_max_num_threads
+        threads = ti.cfg.cpu_max_num_threads if several_threads() else 1
         self.crew = Crew(threads, self.loops * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
         self.b = ti.Vector.field(3, float, shape=self.nv)
         self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
@@ -80,6 +81,7 @@ class ConjugateGradients:
             self._go(chunk)
 
     @ti.kernel
+    @shared_if_many
     def _iterate_together(self, tolerance: float, most: int):
         """Up to so many iterations by the threads of a CPU, in one launch, with the same bits."""
         for phase in range(self.crew.phases):

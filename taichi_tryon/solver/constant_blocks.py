@@ -2,6 +2,8 @@
 
 import taichi as ti
 
+from taichi_tryon.kernel_loops import shared_if_many
+
 
 @ti.data_oriented
 class ConstantBlocks:
@@ -16,6 +18,7 @@ class ConstantBlocks:
             self._assemble()
 
     @ti.kernel
+    @shared_if_many
     def _assemble(self):
         for i in range(self.matrix.nv):
             for n in range(self.matrix.far_start[i], self.matrix.far_start[i + 1]):

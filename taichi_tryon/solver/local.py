@@ -8,6 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import shared_if_many
 from taichi_tryon.solver.matrix import unpacked
 
 # how many threads of a CPU can invert blocks at once
@@ -47,6 +48,7 @@ class LocalBlocks:
         self.inverse = ti.Vector.field(self.lanes, ti.f32, shape=(self.count, 3 * size, self.parts))
 
     @ti.kernel
+    @shared_if_many
     def update(self):
         """Invert the blocks of the matrix as it is."""
         for turn in range(self.crews * self.turns):

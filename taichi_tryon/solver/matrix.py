@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import shared_if_many
 
 
 @ti.data_oriented
@@ -113,6 +114,7 @@ class Matrix:
         self._assemble(inverse_dt, int(exact))
 
     @ti.kernel
+    @shared_if_many
     def _assemble(self, inverse_dt: float, exact: int):
         for p in range(self.pair_count):
             block = ti.Matrix.zero(float, 3, 3)

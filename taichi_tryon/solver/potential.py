@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.kernel_loops import shared_if_many
 from taichi_tryon.solver.constant_blocks import ConstantBlocks
 from taichi_tryon.solver.matrix import Matrix
 
@@ -97,6 +98,7 @@ class Potential:
             self._constant.assemble()
 
     @ti.kernel
+    @shared_if_many
     def _gather(self, b: ti.template(), inverse_dt: float):
         for i in range(self.nv):
             pull = self.mass[i] * self.bears[i] * self.gravity[None] + self.elastic.force(i) + self.contact.force(i)

@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tryon.kernel_loops import shared
 from taichi_tryon.view.cut import cut_along_lines
 from taichi_tryon.view.mesh import DrawList
 from taichi_tryon.view.shading import displayed, lit, vec3, woven
@@ -36,6 +37,7 @@ class Pieces:
 
 
 @ti.kernel
+@shared
 def light_corners(
     corners: ti.types.ndarray(dtype=ti.f32, ndim=2),
     parent: ti.types.ndarray(dtype=ti.i32, ndim=1),
@@ -101,6 +103,7 @@ def light_corners(
 
 
 @ti.kernel
+@shared
 def shrink(
     pixels: ti.types.ndarray(dtype=ti.f32, ndim=3),
     image: ti.types.ndarray(dtype=ti.u8, ndim=3),

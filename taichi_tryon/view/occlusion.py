@@ -10,6 +10,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tryon.kernel_loops import shared
 from taichi_tryon.view.mesh import DrawList, smoothed
 from taichi_tryon.view.zbuffer import edge
 
@@ -61,6 +62,7 @@ def _place(frames: ti.template(), d, p, radius):
 
 
 @ti.kernel
+@shared
 def fill_maps(
     vertices: ti.types.ndarray(dtype=ti.f32, ndim=2),
     triangles: ti.types.ndarray(dtype=ti.i32, ndim=2),
@@ -99,6 +101,7 @@ def fill_maps(
 
 
 @ti.kernel
+@shared
 def ask_maps(
     vertices: ti.types.ndarray(dtype=ti.f32, ndim=2),
     normals: ti.types.ndarray(dtype=ti.f32, ndim=2),

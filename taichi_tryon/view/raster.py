@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tryon.kernel_loops import shared
 from taichi_tryon.view import zbuffer
 from taichi_tryon.view.camera import Camera
 from taichi_tryon.view.mesh import DrawList, Mesh
@@ -61,6 +62,7 @@ class RasterRenderer:
 
 
 @ti.kernel
+@shared
 def shade(
     words: ti.types.ndarray(dtype=ti.i64, ndim=1),
     screen: ti.types.ndarray(dtype=ti.f32, ndim=2),

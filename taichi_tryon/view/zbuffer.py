@@ -7,6 +7,8 @@ order in which threads come.
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tryon.kernel_loops import shared
+
 EMPTY = 2**62
 _SHIFT = 2**32
 TRIANGLE = _SHIFT - 1  # the bits that hold the triangle
@@ -20,12 +22,14 @@ def edge(ax, ay, bx, by, px, py):
 
 
 @ti.kernel
+@shared
 def clear(words: ti.types.ndarray(dtype=ti.i64, ndim=1)):
     for i in words:
         words[i] = ti.i64(EMPTY)
 
 
 @ti.kernel
+@shared
 def project(
     vertices: ti.types.ndarray(dtype=ti.f32, ndim=2),
     screen: ti.types.ndarray(dtype=ti.f32, ndim=2),
@@ -55,6 +59,7 @@ def _rounded(x):
 
 
 @ti.kernel
+@shared
 def fill(
     screen: ti.types.ndarray(dtype=ti.f32, ndim=2),
     triangles: ti.types.ndarray(dtype=ti.i32, ndim=2),

@@ -18,6 +18,7 @@ from taichi_tryon.body.field import BodyField
 from taichi_tryon.body.model import Body
 from taichi_tryon.body.spec import BodySpec
 from taichi_tryon.body.surface import surface_mesh
+from taichi_tryon.kernel_loops import shared
 from taichi_tryon.units import CM
 
 GRIDS = ((2, 6, 2), (3, 6, 3), (3, 11, 3), (4, 12, 4), (5, 16, 5))
@@ -79,6 +80,7 @@ def query(body: Body, points: int = POINTS) -> float:
     tables.fill()
 
     @ti.kernel
+    @shared
     def ask():
         for i in range(points):
             gap, _, _ = field.gap(at[i])

@@ -15,6 +15,7 @@ from taichi_tryon.bench.apart import apart
 from taichi_tryon.bench.pareto.hang import problem
 from taichi_tryon.bench.pareto.ours import Setting, scene_of
 from taichi_tryon.bench.record import Record, at_least, told
+from taichi_tryon.kernel_loops import shared
 from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
 from taichi_tryon.timing import Stopwatch
@@ -76,6 +77,7 @@ def triad(length: int):
     a, b, c = (ti.field(ti.f64, shape=length) for _ in range(3))
 
     @ti.kernel
+    @shared
     def run():
         for i in range(length):
             a[i] = b[i] + 3.0 * c[i]
@@ -88,6 +90,7 @@ def product(matrix):
     x, y = (ti.Vector.field(4, ti.f32, shape=matrix.nv) for _ in range(2))
 
     @ti.kernel
+    @shared
     def run():
         for i in range(matrix.nv):
             y[i] = matrix.row_product(i, x)
