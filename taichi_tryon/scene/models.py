@@ -160,7 +160,12 @@ class SolverSpec(Spec):
         "coarse", description="block_jacobi: 3x3 blocks alone; coarse: with a coarse space of rigid motions"
     )
     precision: Literal["f64", "f32"] = Field("f64", description="floating-point numbers of the simulation")
-    threads: int | None = Field(None, ge=1, le=1024, description="CPU threads; null: all there are")
+    threads: int | None = Field(
+        None,
+        ge=1,
+        le=1024,
+        description="CPU threads at most, one where the cloth has few vertices; null: all there are",
+    )
 
     @model_validator(mode="after")
     def _steps_in_order(self) -> SolverSpec:
