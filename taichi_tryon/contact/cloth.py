@@ -116,8 +116,10 @@ class ClothContact:
             np.minimum.at(less, self.pairs.corners[short], self.free[short, None])
             part *= less
             fields.upload(self.path, whole * part[:, None])
+            # what moved along together no longer does where only one has been shortened
+            self.look_ahead()
         self.would_meet()
-        part *= self.free.min()
+        part *= self.free.min(initial=1.0)
         fields.upload(self.path, whole * part[:, None])
         return float(part.min())
 
