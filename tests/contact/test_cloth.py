@@ -14,10 +14,10 @@ STIFFNESS, THICKNESS = 1e8, 1e-3
 
 @ti.data_oriented
 class Layers:
-    """Two pieces of 4 by 3 cm, what they feel of each other, and the Hessian's product with a vector."""
+    """Pieces of 4 by 3 cm, two if not said, what they feel of each other, and the Hessian's product with a vector."""
 
-    def __init__(self, sheet, moduli):
-        self.cloth = Cloth.join([(sheet, moduli)] * 2)
+    def __init__(self, sheet, moduli, pieces=2):
+        self.cloth = Cloth.join([(sheet, moduli)] * pieces)
         self.nv = self.cloth.vertex_count
         self.x, self.path, self.f, self.u, self.y = (ti.Vector.field(3, float, shape=self.nv) for _ in range(5))
         self.diagonal = ti.Matrix.field(3, 3, float, shape=self.nv)
@@ -214,6 +214,17 @@ def test_no_way_leads_through_cloth(layers, seed):
     parts = (gone * way).sum(axis=1) / (way**2).sum(axis=1)
     assert gone == pytest.approx(parts[:, None] * way, abs=1e-15)
     assert parts.min() == pytest.approx(left, rel=1e-9) and parts.max() <= 1 + 1e-12
+
+
+def test_what_falls_together_is_looked_at_again_where_one_is_stopped(make_sheet, moduli):
+    """The middle one of three pieces comes down on the lowest with one end; above the other end is the highest, at a
+    distance that would stay the same."""
+    three = Layers(make_sheet(0.04, 0.03, 0.01), moduli, pieces=3)
+    start = np.concatenate([three.flat + shift for shift in ([-0.025, 0.001, 0], [0, 0, 0.003], [0.016, 0.002, 0.005])])
+    falling = np.array([0, 0, -0.05])
+    three.look(start, np.repeat([0 * falling, falling, falling], len(three.flat), axis=0))
+    three.law.keep_apart()
+    assert not len(crossings(three.moved(), three.cloth.triangles))
 
 
 def test_only_what_would_meet_is_shortened(layers):
