@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 
@@ -48,3 +48,12 @@ def at_least(case, parameters, quantity, unit, value, limit, wall_s) -> Record:
 def told(case, parameters, quantity, unit, value, wall_s) -> Record:
     """A value that is not judged."""
     return Record(case, parameters, quantity, unit, float(value), None, None, None, True, wall_s)
+
+
+def counted(case, counts, none_of, wall_s) -> Iterator[Record]:
+    """What was counted, of which there shall be ``none_of`` some."""
+    for quantity, count in counts.items():
+        if quantity in none_of:
+            yield absolute(case, {}, quantity, "1", count, 0, 0, wall_s)
+        else:
+            yield told(case, {}, quantity, "1", count, wall_s)

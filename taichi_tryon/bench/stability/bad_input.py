@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from taichi_tryon.bench.record import Record, absolute, told
+from taichi_tryon.bench.record import Record, counted
 from taichi_tryon.bench.simulate import FOLDER, scene_path
 from taichi_tryon.bench.stability.judge import Verdict, judge
 from taichi_tryon.bench.stability.mutants import Mutant, laid_out, lay_traps, mutants
@@ -49,12 +49,7 @@ def records(quick: bool) -> Iterator[Record]:
             for fault, what in found:
                 counts[fault] += 1
                 print(f"{fault}: {mutant.name}: {what}")
-    wall = time.perf_counter() - begin
-    for quantity, value in counts.items():
-        if quantity in FAULTS:
-            yield absolute("bad_input", {}, quantity, "1", value, 0, 0, wall)
-        else:
-            yield told("bad_input", {}, quantity, "1", value, wall)
+    yield from counted("bad_input", counts, FAULTS, time.perf_counter() - begin)
 
 
 def tried(mutant: Mutant, judged: Watched) -> tuple[Verdict | None, list[tuple[str, str]]]:

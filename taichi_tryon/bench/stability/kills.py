@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from taichi_tryon.bench.record import Record, absolute, told
+from taichi_tryon.bench.record import Record, counted
 from taichi_tryon.bench.simulate import scene_path
 from taichi_tryon.bench.stability.processes import end, start
 
@@ -66,12 +66,7 @@ def records(quick: bool) -> Iterator[Record]:
         resume = (parts / "checkpoint.npz").exists()
         end(_start(scene, parts, *["--resume"] * resume), parts)
         counts["results_that_differ"] += bool(differing(whole, parts))
-    wall = time.perf_counter() - begin
-    for quantity, value in counts.items():
-        if quantity in LOST:
-            yield absolute("kills", {}, quantity, "1", value, 0, 0, wall)
-        else:
-            yield told("kills", {}, quantity, "1", value, wall)
+    yield from counted("kills", counts, LOST, time.perf_counter() - begin)
 
 
 def frames(folder: Path) -> list[str]:
