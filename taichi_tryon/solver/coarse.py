@@ -60,7 +60,8 @@ class CoarseSpace:
 
     def _pattern(self, patch: np.ndarray, tables: fields.Tables):
         """Which blocks of the matrix make up each block of E, of the patches I <= J."""
-        m = self.matrix
+        # here most memory of all is taken: half as wide, half as much
+        m, patch = self.matrix, patch.astype(np.int32)
         parts = [m.pattern(), (np.arange(self.nv, dtype=np.int32),) * 2]
         if m.bending.constant:
             parts.append((m.far_rows, m.far_columns))
@@ -69,23 +70,22 @@ class CoarseSpace:
         rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
         parts.clear()
         upper = np.flatnonzero(patch[rows] <= patch[columns]).astype(np.int32)
-        rows, columns = rows[upper], columns[upper]
+        rows, pairs = rows[upper], patch[rows[upper]] * np.int32(self.patch_count) + patch[columns[upper]]
+        del columns
         # a run is what a pair of patches has in one row of the matrix
-        key = (patch[rows].astype(np.int64) * self.patch_count + patch[columns]) * self.nv + rows
-        del rows, columns
-        order = np.argsort(key, kind="stable")
-        key = key[order]
-        begins = np.flatnonzero(np.diff(key, prepend=-1))
-        runs = key[begins]
-        keys, of_run = np.unique(runs // self.nv, return_inverse=True)
+        order = np.lexsort((rows, pairs)).astype(np.int32)
+        rows, pairs, upper = rows[order], pairs[order], upper[order]
+        del order
+        begins = np.flatnonzero((np.diff(rows, prepend=-1) != 0) | (np.diff(pairs, prepend=-1) != 0))
+        keys, of_run = np.unique(pairs[begins], return_inverse=True)
         self.pair_count = len(keys)
         self.pair_row, self.pair_column = (
             tables.scalars(keys // self.patch_count),
             tables.scalars(keys % self.patch_count),
         )
         self.pair_start = tables.scalars(fields.group(of_run, len(keys))[0])
-        self.run_row = tables.scalars(runs % self.nv)
-        self.run_start, self.entry = tables.scalars(np.append(begins, len(key))), tables.scalars(upper[order])
+        self.run_row = tables.scalars(rows[begins])
+        self.run_start, self.entry = tables.scalars(np.append(begins, len(rows))), tables.scalars(upper)
 
     @ti.func
     def _block(self, n: int):

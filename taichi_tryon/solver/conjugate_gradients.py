@@ -9,8 +9,10 @@ from taichi_tryon.solver.crew import Crew
 
 # iterations between two looks at whether to stop: a look costs a launch
 ITERATIONS_A_LOOK = 5
-# into how many parts each loop of an iteration is divided on a CPU, and iterations in one launch at most
-PARTS, ITERATIONS_A_LAUNCH = 64, 400
+# into how many parts each loop of an iteration is divided on a CPU
+PARTS = 128
+# iterations in one launch on a CPU, times the vertices: some 10 ms; who has retired from a launch is back in the next
+A_LAUNCH, MOST_A_LAUNCH = 250_000, 400
 # below this part of the start, signs are those of single precision's rounding
 ROUNDING = 1e-4
 
@@ -36,7 +38,8 @@ class ConjugateGradients:
         self.conclusions = [(len(self.works) - 4, self._turn), (len(self.works) - 2, self._choose_step)]
         self.loops = len(self.works)
         threads = ti.cfg.cpu_max_num_threads if several_threads() else 1
-        self.crew = Crew(threads, self.loops * ITERATIONS_A_LAUNCH, PARTS) if cpu else None
+        self.a_launch = min(max(1, A_LAUNCH // self.nv), MOST_A_LAUNCH)
+        self.crew = Crew(threads, self.loops * self.a_launch, PARTS) if cpu else None
         self.b = ti.Vector.field(3, float, shape=self.nv)
         self.d = ti.Vector.field(3, ti.f32, shape=self.nv)
         # of four entries, the fourth 0: a processor takes them at once
@@ -229,6 +232,6 @@ class ConjugateGradients:
                 for _ in range(ITERATIONS_A_LOOK):
                     self._iterate(tolerance)
             else:
-                self._iterate_together(tolerance, min(ITERATIONS_A_LAUNCH, max_iterations - self.count[None]))
+                self._iterate_together(tolerance, min(self.a_launch, max_iterations - self.count[None]))
         start = self.gamma_start[None]
         return self.count[None], float(np.sqrt(abs(self.gamma[None]) / start)) if start > 0 else 0.0

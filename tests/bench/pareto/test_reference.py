@@ -1,9 +1,11 @@
 """The converged solution is found once for a scene."""
 
+import shutil
+
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.pareto import reference
+from taichi_tryon.bench.pareto import reference, sphere
 from taichi_tryon.bench.pareto.hang import problem
 from taichi_tryon.bench.pareto.ours import scene_of
 from taichi_tryon.bench.pareto.reference import Reference, converged, distance, kept
@@ -30,6 +32,20 @@ def test_a_file_is_read_again_only_for_the_same_scene(tmp_path, monkeypatch):
     assert (first.doubt, first.track.positions.shape, float(first.track.wall_s)) == (0.25, (2, 3), 2.0)
     assert kept("hang", other, lambda: found(3.0)).track.lowest.tolist() == [3, 3, 3]
     assert len(list((tmp_path / "references").glob("hang_*.npz"))) == 2
+
+
+@pytest.mark.parametrize("scene, moved", [(PROBLEM, False), (sphere.problem(16, "table1", 0.5), True)])
+def test_a_law_that_does_not_act_in_a_scene_does_not_change_its_key(tmp_path, monkeypatch, scene, moved):
+    package = tmp_path / "package"
+    shutil.copytree(reference.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(reference, "PACKAGE", package)
+    scene = scene_of(scene, converged(120))
+    keys = [reference._key(scene)]
+    for changed in ("contact/body.py", "cloth/membrane.py"):
+        with open(package / changed, "a") as source:
+            source.write("# changed")
+        keys.append(reference._key(scene))
+    assert (keys[0] != keys[1]) is moved and keys[1] != keys[2]
 
 
 def test_a_fall_is_compared_only_as_long_as_asked_with_steps_twice_as_long_for_the_doubt(tmp_path, monkeypatch):
