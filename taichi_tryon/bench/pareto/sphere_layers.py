@@ -40,7 +40,7 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
     if peers:
         peer.require()
     of = problem(*(QUICK if quick else COUNT))
-    mine, theirs = [], []
+    runs = []
     for setting in (*SETTINGS, *(PeerSetting(steps) for steps in TIMES_FASTER if peers)):
         own = isinstance(setting, Setting)
         where = {**of.parameters, "simulator": OURS if own else peer.version(), "setting": setting.name}
@@ -49,11 +49,14 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
         except RunError:
             yield absolute(CASE, where, "failed", "1", 1, 0, 0 if own else None, 0.0)
             continue
-        (mine if own else theirs).append((setting, track))
+        runs.append((setting, track))
         yield from figures(where, track, own)
-    exact = [track for _, track in mine if sphere.is_exact(track) and not track.crossings.any()]
-    for setting, track in theirs:
-        yield from falls.faster(of, setting, track, exact, TIMES_FASTER[setting.steps], CASE)
+    # a coarse mesh is not exact, and its times are not judged
+    uncrossed = [track for setting, track in runs if isinstance(setting, Setting) and not track.crossings.any()]
+    good = [track for track in uncrossed if quick or sphere.is_exact(track)]
+    for setting, track in runs:
+        if isinstance(setting, PeerSetting):
+            yield from falls.faster(of, setting, track, good, None if quick else TIMES_FASTER[setting.steps], CASE)
 
 
 def figures(where: dict, track: Track, own: bool) -> Iterator[Record]:

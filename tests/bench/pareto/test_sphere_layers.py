@@ -22,7 +22,7 @@ def found(monkeypatch):
     monkeypatch.setattr(peer, "require", lambda: None)
     monkeypatch.setattr(peer, "version", lambda: "MuJoCo 4")
 
-    def of(tracks: dict, peers=True):
+    def of(tracks: dict, peers=True, quick=False):
         def run(function, problem, setting):
             assert problem.layers
             if setting.name not in tracks:
@@ -30,7 +30,7 @@ def found(monkeypatch):
             return tracks[setting.name]
 
         monkeypatch.setattr(sphere_layers, "apart", run)
-        return list(sphere_layers.records(quick=True, peers=peers))
+        return list(sphere_layers.records(quick, peers))
 
     return of
 
@@ -55,6 +55,15 @@ def test_what_fails_of_ours_is_missed_and_counts_for_nothing(found):
     records = found({name: track for name, track in TRACKS.items() if name != AS_IS.name})
     assert values(records, "failed") == [(1, 0, False), (1, 0, False)]
     assert values(records, "times_faster_wall") == [(0, None, True), (0, 5.0, False)]
+
+
+def test_a_drape_that_is_stretched_is_not_compared_but_on_the_coarse_mesh(found):
+    tracks = {**TRACKS, AS_IS.name: track(0.02, strain=0.006)}
+    assert values(found(tracks), "times_faster_wall") == [(0, None, True), (0, 5.0, False)]
+    assert values(found(tracks, quick=True), "times_faster_wall") == [
+        (pytest.approx(2), None, True),
+        (pytest.approx(10), None, True),
+    ]
 
 
 def test_without_peers_there_is_only_ours(found):

@@ -75,24 +75,35 @@ def test_a_failure_names_its_place():
 
 
 def test_each_pose_is_judged_and_all_are_counted(monkeypatch):
-    ends = [
-        Outcome("settled", "", {"penetration_mm": 0.0, "crossing_triangle_pairs": 0}),
-        Outcome("refused", REFUSAL),
-        Outcome("settled", "", {"penetration_mm": 0.2, "crossing_triangle_pairs": 3}),
-        Outcome("silent", "crashed"),
-    ]
-    monkeypatch.setattr(poses, "tried", lambda drape, folder: ends[drape.parameters["pose"]])
-    found = list(poses.records(quick=True, count=len(ends)))
-    told = [record.passes for record in found if record.quantity == "settled_or_said_why"]
-    assert told == [True, True, True, False]
+    ends = {
+        "top_0": Outcome("settled", "", {"penetration_mm": 0.0, "crossing_triangle_pairs": 0}),
+        "trousers_1": Outcome("refused", REFUSAL),
+        "trousers_1_led": Outcome("settled", "", {"penetration_mm": 0.2, "crossing_triangle_pairs": 3}),
+        "top_2": Outcome("silent", "crashed"),
+        "trousers_3": Outcome("refused", REFUSAL),
+        "trousers_3_led": Outcome("failed", "no step; worst in panel back at (1, 2) cm"),
+    }
+    monkeypatch.setattr(poses, "tried", lambda drape, folder: ends[drape.name])
+    found = list(poses.records(quick=True, count=4))
+    told = [record for record in found if record.quantity == "settled_or_said_why"]
+    assert [record.passes for record in told] == [True, True, False, True]
+    starts = ["put on there", "led there", "put on there", "led there"]
+    assert [record.parameters["start"] for record in told] == starts
     sums = {record.quantity: (record.value, record.passes) for record in found if not record.parameters}
+    counts = dict(zip(("tried", "refused", *KINDS), (4, 2, 2, 1, 1), strict=True))
     assert sums == {
-        "poses_tried": (4, True),
-        **{f"poses_{kind}": (n, True) for kind, n in zip(KINDS, (2, 1, 0, 1), strict=True)},
+        **{f"poses_{kind}": (count, True) for kind, count in counts.items()},
         "penetration_mm_worst": (0.2, False),
         "crossing_triangle_pairs_worst": (3, False),
     }
-    assert len(list(poses.records(quick=True, count=2))) == 3 + 1 + 7
+
+
+def test_what_cannot_be_put_on_in_a_pose_is_led_there_from_its_own(tmp_path, body):
+    drape = poses.drape_of(1, led=True)
+    (tmp_path / "scene.yaml").write_text(drape.text)
+    scene, own = load_scene(tmp_path / "scene.yaml"), load_scene("configs/scenes/trousers_step.yaml")
+    assert scene.pose == own.pose and [step.pose for step in scene.motion] == [poses.drawn(body, 1)]
+    assert drape.name != poses.drape_of(1).name
 
 
 def test_a_pose_that_cannot_be_dressed_is_refused_by_panel_and_disk(tmp_path):
@@ -101,3 +112,4 @@ def test_a_pose_that_cannot_be_dressed_is_refused_by_panel_and_disk(tmp_path):
     text = drape.text.replace("edge_length_mm: 20", "edge_length_mm: 60")
     outcome = poses.tried(type(drape)(drape.name, drape.scene, drape.parameters, text), tmp_path)
     assert outcome.kind == "refused" and "panel" in outcome.reason and "disk" in outcome.reason
+    assert outcome.reason.endswith("begin in another pose and lead the body to this one by `motion`")
