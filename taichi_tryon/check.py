@@ -29,6 +29,7 @@ def check_scene(scene: SceneSpec) -> list[str]:
     ]
     for part, garment in zip(setup.cloth.parts, setup.garments, strict=True):
         lines += _garment(setup, part, garment)
+    lines += [f"note: {note}" for note in setup.notes]
     lines += [f"hold {hold.name}: {len(hold.vertices)} vertices" for hold in setup.holds.holds]
     lines.append(f"frames: {_frames(scene, setup.end_time)}")
     lines += [f"skipped: {item['what']}: {item['why']}" for item in skipped(setup)]
@@ -48,7 +49,7 @@ def _garment(setup: Setup, part: Part, garment: Garment) -> list[str]:
             f"  {line.name}: {len(line.vertices)} vertices on disk {line.disk}, "
             f"{off[line.name]['min']:.1f} to {off[line.name]['max']:.1f} mm from its plane"
         )
-    return lines + [f"  note: {note}" for note in garment.dressed.notes]
+    return lines
 
 
 def _frames(scene: SceneSpec, moving: float) -> str:

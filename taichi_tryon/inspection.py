@@ -8,6 +8,7 @@ import numpy as np
 
 from taichi_tryon.body.measure import measure
 from taichi_tryon.body.model import Body
+from taichi_tryon.body.ranges import beyond
 from taichi_tryon.body.skeleton import Pose
 from taichi_tryon.body.spec import BodySpec, PoseSpec
 from taichi_tryon.body.surface import surface_mesh
@@ -39,6 +40,7 @@ def inspect_body(spec: BodySpec, pose_spec: PoseSpec | None, measured: bool, out
         f"{body.name}, {pose.name}: {len(body.balls.centers)} balls in {len(body.group_names)} groups, "
         f"{bones} bones, {landmarks} landmarks"
     ]
+    lines += [f"note: {note}" for note in beyond(pose_spec, spec)] if pose_spec else []
     if measured:
         lines += [_girth(*girth) for girth in measure(body, transforms)]
     if output:

@@ -122,7 +122,7 @@ class _Run:
         self.interval = 1.0 / simulation.scene.output.frames_per_s
         self.step_seconds: list[float] = []
         self.residuals: list[float] = []
-        self.warnings = [note for garment in simulation.setup.garments for note in garment.dressed.notes]
+        self.warnings = [*simulation.setup.notes]
         if self.recorder.message:
             self.warnings.append(self.recorder.message)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from taichi_tryon.body.model import Body
+from taichi_tryon.body.ranges import beyond
 from taichi_tryon.body.skeleton import Motion, Pose
 from taichi_tryon.body.spec import PoseSpec
 from taichi_tryon.cloth.model import Cloth
@@ -62,6 +63,14 @@ class Setup:
     def end_time(self) -> float:
         """How long body and holds move [s]."""
         return max(self.motion.end_time, self.holds.end_time)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of the start: poses beyond the joints' ranges, and what the dressing has to say."""
+        scene = self.scene
+        poses = [pose for pose in (scene.pose, *(step.pose for step in scene.motion)) if pose]
+        turns = (line for pose in poses for line in beyond(pose, scene.body))
+        return (*dict.fromkeys(turns), *(note for garment in self.garments for note in garment.dressed.notes))
 
 
 def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:

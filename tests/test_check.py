@@ -80,3 +80,15 @@ def test_layers_that_cross_at_the_start_are_refused(make_cone_scene):
     assert not [line for line in check_scene(scene(5.0, {}, 0, 0.05)) if "contact of cloth with cloth" in line]
     assert "skipped: contact of cloth with cloth: contact.layers does not ask for it" in check_scene(scene(5.0, None))
     assert not [line for line in check_scene(scene(-5.0, {})) if "contact of cloth with cloth" in line]
+
+
+def test_poses_beyond_the_joints_ranges_are_told_once_each(make_cone_scene):
+    cone_scene = make_cone_scene()
+    cone_scene["body"]["bones"]["root"]["range_degree"] = {"y": [-10, 20]}
+    turned = {"name": "turned", "rotations_degree": {"root": [0, 25, 0]}}
+    cone_scene["motion"] = [{"pose": turned, "duration_s": 1.0}, {"pose": turned, "duration_s": 1.0}]
+    lines = check_scene(SceneSpec.model_validate(cone_scene))
+    assert [line for line in lines if line.startswith("note")] == [
+        "note: pose turned: root is turned by 25 degrees about y, beyond its range of -10 to 20 (range_degree of body "
+        "ball)"
+    ]

@@ -44,7 +44,7 @@ SUITES = {
         "cusick",
         "precision",
     ),
-    "pareto": ("cantilever", "hang", "sphere", "shirt"),
+    "pareto": ("cantilever", "hang", "sphere", "sphere_layers", "shirt"),
     "skip": (
         "far_samples",
         "far_balls",
@@ -58,7 +58,7 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
-    "stability": ("grid", "energy", "same_bits", "bad_input", "kills", "crossings"),
+    "stability": ("grid", "energy", "same_bits", "bad_input", "kills", "crossings", "poses"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
-from taichi_tryon.spec import LARGEST, Spec, Vector, fault, require_direction
+from taichi_tryon.spec import LARGEST, Pair, Spec, Vector, fault, require_direction
 
 Radius = Annotated[float, Field(ge=0.01, allow_inf_nan=True)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -14,11 +14,35 @@ Share = Annotated[float, Field(ge=0, le=1)]
 DEGREES = "about the world axes x, y, z: first x, then y, then z, each about the unturned axis"
 
 
+class RangeSpec(Spec):
+    """How far a joint turns about each axis, [least, greatest]; an axis that is not named is not judged."""
+
+    x: Pair | None = Field(default=None, description="turn about x that a pose may give, [least, greatest]")
+    y: Pair | None = Field(default=None, description="the same about y")
+    z: Pair | None = Field(default=None, description="the same about z")
+
+    @field_validator("x", "y", "z")
+    @classmethod
+    def _holds_rest(cls, limits: list[float] | None) -> list[float] | None:
+        if limits is not None and not limits[0] <= 0 <= limits[1]:
+            raise fault(f"must hold 0, the rest pose (got {limits[0]:g} to {limits[1]:g})")
+        return limits
+
+    @property
+    def axes(self) -> dict[str, list[float]]:
+        """Limits [degree] of the axes that have any."""
+        return {axis: limits for axis in "xyz" if (limits := getattr(self, axis)) is not None}
+
+
 class BoneSpec(Spec):
     """A joint, and what turns with it."""
 
     parent: str | None = Field(description="bone that carries this one, listed before it; null for the root")
     head_cm: Vector = Field(description="the joint in the rest pose")
+    range_degree: RangeSpec = Field(
+        default=RangeSpec(),
+        description="how far the joint turns; a pose beyond it is computed, and a warning tells of it",
+    )
 
 
 class BallSpec(Spec):

@@ -27,6 +27,7 @@ from taichi_tryon.units import MM
 __all__ = ["Dressed", "FitLine", "disk_frame", "dress"]
 
 LIFTS, LIFTED = 20, 1e-4  # attempts to lay a garment over those underneath, and a shift that is none any more [m]
+ELSEWHERE = "or let the scene begin in another pose and lead the body to this one by `motion`"
 LEAST_SHARE = 0.2  # of the clearance that vertices, midpoints and centroids must keep at least
 
 
@@ -120,7 +121,7 @@ def _check_order(spec: DressingSpec, panel: str, surface: RuledSurface) -> None:
             share = round(100 * float((along <= 0).mean()))
             raise DressingError(
                 f"dressing '{spec.dressing}', panel '{panel}': disk '{lower.name}' does not lie beyond disk "
-                f"'{upper.name}' on {share} % of the way round; mend their order, places or normals",
+                f"'{upper.name}' on {share} % of the way round; mend their order, places or normals, {ELSEWHERE}",
                 at=("surfaces", spec.panels[panel].surface),
             )
 
@@ -142,7 +143,7 @@ def _check(
         raise DressingError(
             f"dressing '{spec.dressing}': {_place(worst, mesh, maps)} is {_side(gaps[worst])} "
             f"({least * 1e3:.1f} mm outside is the least); "
-            f"widen the disk, or put another one where the surface cuts through the body",
+            f"widen the disk, put another one where the surface cuts through the body, {ELSEWHERE}",
             at=_disk_at(worst, mesh, maps),
         )
     excused = _beside_stretched_seams(mesh, spec, pattern)

@@ -89,15 +89,21 @@ def records(
 
 
 def faster(
-    problem: Problem, setting: PeerSetting, theirs: Track, ours: Sequence[Track], limit: float | None
+    problem: Problem,
+    setting: PeerSetting,
+    theirs: Track,
+    ours: Sequence[Track],
+    limit: float | None,
+    case: str | None = None,
 ) -> Iterator[Record]:
-    """How many times faster than a peer's run the fastest of our own is; 0 where there is none."""
+    """How many times faster than a peer's run the fastest of our own is; 0 where there is none. ``case``: what records
+    call the problem, if not by its scene."""
     where = {**problem.parameters, "than": f"{peer.version()}, {setting.name}"}
     wall = float(theirs.wall_s)
     for clock in ("wall", "cpu"):
         times = [compare.cost(theirs, clock) / compare.cost(mine, clock) for mine in ours]
         name, value = f"times_faster_{clock}", max(times, default=0.0)
         if clock == "wall" and limit is not None:
-            yield at_least(problem.scene, where, name, "1", value, limit, wall)
+            yield at_least(case or problem.scene, where, name, "1", value, limit, wall)
         else:
-            yield told(problem.scene, where, name, "1", value, wall)
+            yield told(case or problem.scene, where, name, "1", value, wall)

@@ -41,7 +41,7 @@ def follow(problem: Problem, scene: SceneSpec) -> Track:
     clock = Stopwatch()
     simulation = Simulation(prepare(scene, clock), clock)
     setup, stepper = simulation.setup, simulation.stepper
-    tracker = Tracker(setup.cloth, setup.positions, setup.velocities, problem.moment, problem.ball)
+    tracker = Tracker(setup.cloth, setup.positions, setup.velocities, problem)
     cpu = wall = first = 0.0
     while not simulation.finished:
         cpu_begin, begin = time.process_time(), time.perf_counter()

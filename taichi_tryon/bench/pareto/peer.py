@@ -61,7 +61,7 @@ def run(problem: Problem, setting: PeerSetting) -> Track:
 
     setup = prepare(ours.scene_of(problem, ours.Setting("")), Stopwatch())
     model, data = flex(problem, setup, setting)
-    tracker = Tracker(setup.cloth, setup.positions, setup.velocities, problem.moment, problem.ball)
+    tracker = Tracker(setup.cloth, setup.positions, setup.velocities, problem)
     cpu = wall = first = 0.0
     for frame in range(1, round(problem.duration / FRAME) + 1):
         cpu_begin, begin = time.process_time(), time.perf_counter()
@@ -112,6 +112,8 @@ def _xml(problem: Problem, setup: Setup, setting: PeerSetting) -> str:
     pinned = np.flatnonzero(~setup.holds.free.any(axis=1))
     pins = f'<pin id="{_text(pinned)}"/>' if len(pinned) else ""
     friction = f"{scene.contact.friction} 0 0"
+    # two layers touch at twice the radius, which is then ours too: 2 x 0.5 mm
+    selfcollide = "none" if scene.contact.layers is None else "auto"
     ball = f'<geom type="sphere" size="{problem.ball}" friction="{friction}"/>' if problem.ball else ""
     return f"""<mujoco>
       <option timestep="{FRAME / setting.steps!r}" gravity="{_text(scene.gravity_m_s2)}" integrator="discrete"
@@ -122,7 +124,7 @@ def _xml(problem: Problem, setup: Setup, setting: PeerSetting) -> str:
         <flexcomp name="sheet" type="direct" dim="2" mass="1" radius="{scene.contact.thickness_mm * MM}"
                   point="{_text(positions.ravel())}" element="{_text(setup.cloth.triangles.ravel())}">
           {pins}
-          <contact selfcollide="none" condim="3" friction="{friction}"/>
+          <contact selfcollide="{selfcollide}" condim="3" friction="{friction}"/>
           <elasticity young="{young!r}" poisson="0" thickness="{thickness!r}" elastic2d="both"/>
         </flexcomp>
       </worldbody>

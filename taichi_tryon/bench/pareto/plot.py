@@ -35,7 +35,7 @@ def plot_pareto(records: Iterable[Record], folder: Path) -> list[Path]:
                 units[record.case] = record.unit
     written = []
     for names, points in plots.items():
-        if solved := {key: figures for key, figures in points.items() if "failed" not in figures}:
+        if solved := {key: figures for key, figures in points.items() if figures.keys() >= ERRORS.keys()}:
             path = folder / f"{'_'.join(names)}.png"
             _draw(path, ", ".join((names[0], f"{names[1]} vertices", names[2])), units[names[0]], solved)
             written.append(path)

@@ -14,7 +14,7 @@ FRAME = 1 / 60
 class Problem:
     """A square sheet of ``count`` x ``count`` vertices and a ``side`` [m] falls for a ``duration`` [s]; ``ball`` is the
     radius [m] of the ball around the origin that it falls on, if any. Positions are compared at ``moment`` [s], a whole
-    number of frames, the fall until ``compared`` [s]."""
+    number of frames, the fall until ``compared`` [s]. ``layers``: cloth meets cloth, and crossings are counted."""
 
     scene: str
     side: float
@@ -24,6 +24,7 @@ class Problem:
     ball: float | None = None
     moment: float = 0.5
     compared: float = 0.5
+    layers: bool = False
 
     @property
     def to_compare(self) -> Problem:
@@ -37,6 +38,7 @@ class Problem:
             f"mesh.edge_length_mm={1000 * self.side / (self.count - 1):.6g}",
             f"garments.0.fabric={FABRICS[self.fabric]}",
             f"drape.duration_s={self.duration:.6g}",
+            *(("contact.layers={}",) if self.layers else ()),
         )
 
     @property

@@ -72,7 +72,7 @@ def kept(name: str, scene: SceneSpec, find: Callable[[], Reference]) -> Referenc
     if not path.is_file():
         _write(path, find())
     with np.load(path) as stored:
-        values = {field.name: stored[field.name] for field in fields(Track)}
+        values = {field.name: stored[field.name] for field in fields(Track) if field.name in stored}
         return Reference(Track(**values), float(stored["doubt"]))
 
 
@@ -93,5 +93,5 @@ def _key(scene: SceneSpec) -> str:
 
 def _write(path: Path, found: Reference) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    values = {field.name: getattr(found.track, field.name) for field in fields(Track)}
+    values = {field.name: value for field in fields(Track) if (value := getattr(found.track, field.name)) is not None}
     replace_atomically(path, lambda part: np.savez_compressed(part, **values, doubt=found.doubt))

@@ -52,11 +52,12 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
 
 
 def _faster(of: Problem, runs: list[Run]) -> Iterator[Record]:
-    exact = [track for setting, track in runs if isinstance(setting, Setting) and _is_exact(track)]
+    exact = [track for setting, track in runs if isinstance(setting, Setting) and is_exact(track)]
     for setting, track in runs:
         if isinstance(setting, PeerSetting):
             yield from falls.faster(of, setting, track, exact, TIMES_FASTER.get(setting.steps))
 
 
-def _is_exact(track: Track) -> bool:
+def is_exact(track: Track) -> bool:
+    """Whether a drape may be compared."""
     return bool(track.strain[-1] <= STRAIN and track.depth[-1] <= DEPTH)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tryon.bench.pareto.problem import FRAME
+from taichi_tryon.bench.pareto.problem import FRAME, Problem
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.cloth.nodal import strains
+from taichi_tryon.dressing.check import crossings
 from taichi_tryon.output import maps
 
 
@@ -29,16 +30,18 @@ class Track:
     cpu_s: float
     wall_s: float
     frames: float
+    crossings: np.ndarray | None = None
 
 
 class Tracker:
-    """Follows a cloth from where it starts; ``seen`` at any times, looked at once a frame."""
+    """Follows a cloth from where it starts through a problem; ``seen`` at any times, looked at once a frame."""
 
-    def __init__(self, cloth: Cloth, positions: np.ndarray, velocities: np.ndarray, moment: float, ball: float | None):
-        self.cloth, self.moment, self.ball = cloth, moment, ball
+    def __init__(self, cloth: Cloth, positions: np.ndarray, velocities: np.ndarray, problem: Problem):
+        self.cloth, self.problem = cloth, problem
         self._last = (0.0, positions, velocities)
         self._frame = 1
         self._figures: list[tuple[float, float, float]] = []
+        self._crossings: list[int] = []
         self._positions = positions
 
     def seen(self, time: float, positions: np.ndarray, velocities: np.ndarray) -> None:
@@ -47,14 +50,17 @@ class Tracker:
         while self._frame * FRAME <= time + 1e-9:
             at = self._between(self._frame * FRAME, (time, positions, velocities))
             self._figures.append(self._look(at))
-            if self._frame == round(self.moment / FRAME):
+            if self.problem.layers:
+                self._crossings.append(len(crossings(at, self.cloth.triangles)))
+            if self._frame == round(self.problem.moment / FRAME):
                 self._positions = at
             self._frame += 1
         self._last = (time, positions, velocities)
 
     def track(self, cpu_s: float, wall_s: float, seconds: float) -> Track:
         """What was seen, and the time spent on so many simulated ``seconds``."""
-        return Track(self._positions, *np.array(self._figures).T, cpu_s, wall_s, seconds / FRAME)
+        counted = np.array(self._crossings) if self.problem.layers else None
+        return Track(self._positions, *np.array(self._figures).T, cpu_s, wall_s, seconds / FRAME, counted)
 
     def _between(self, time: float, now: tuple[float, np.ndarray, np.ndarray]) -> np.ndarray:
         (t0, x0, v0), (t1, x1, v1) = self._last, now
@@ -65,7 +71,8 @@ class Tracker:
         return ends + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
 
     def _look(self, positions: np.ndarray) -> tuple[float, float, float]:
-        depth = 0.0 if self.ball is None else max(0.0, self.ball - _nearest(positions[self.cloth.triangles]).min())
+        ball = self.problem.ball
+        depth = 0.0 if ball is None else max(0.0, ball - _nearest(positions[self.cloth.triangles]).min())
         return float(positions[:, 1].min()), stretched(positions, self.cloth), float(depth)
 
 

@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +12,9 @@ import pytest
 from taichi_tryon.bench.cost import balls, bandwidth, growth, layers, stages, step
 from taichi_tryon.bench.cost.plot import plot_growth
 from taichi_tryon.bench.cost.step import StepCost
-from taichi_tryon.bench.skip.course import Course
+from taichi_tryon.errors import RunError
+
+ROOT = Path(__file__).parents[3]
 
 
 def cost(vertices: int, exponent: float = 1.1, iterations: float = 10.0, each: int = 3000) -> StepCost:
@@ -18,14 +23,54 @@ def cost(vertices: int, exponent: float = 1.1, iterations: float = 10.0, each: i
     return StepCost(vertices, seconds, 2 * seconds, 2.0, iterations, memory, {})
 
 
-def course(seconds: float) -> Course:
-    return Course(np.zeros((9, 3)), 12, {"step": seconds}, 1.0, 1, 40, 0, 0, (0, 0))
+def pair(layered: list[float], touching: int) -> layers.Pair:
+    return layers.Pair(9, np.array(layered), np.array([0.01, 0.02, 0.03]), touching)
 
 
-def test_layers_are_judged_by_the_shortest_of_each():
-    layered, plain = [course(0.02), course(0.012)], [course(0.01), course(0.03)]
-    assert judged(layers.of("sheet", layered, plain, 1.3)) == {"with_over_without": (pytest.approx(1.2), True)}
-    assert judged(layers.of("sheet", layered, plain, 1.1)) == {"with_over_without": (pytest.approx(1.2), False)}
+def test_layers_are_judged_by_the_median_of_frames_of_the_same_moment():
+    free, folds = layers.CASES["nothing touches"], layers.CASES["folds"]
+    # a frame that was disturbed does not count
+    found = judged(layers.of("sheet", free, pair([0.012, 0.024, 3.0], 0)))
+    assert found == {"pairs_in_contact": (0, True), "with_over_without": (pytest.approx(1.2), True)}
+    slow = judged(layers.of("sheet", free, pair([0.014, 0.028, 0.042], 3)))
+    assert slow == {"pairs_in_contact": (3, False), "with_over_without": (pytest.approx(1.4), False)}
+    assert judged(layers.of("skirt", folds, pair([0.014, 0.028, 0.042], 49)))["pairs_in_contact"] == (49, False)
+
+
+class Going:
+    """A simulation that needs two steps for every other frame of its only phase, in which more and more touches."""
+
+    def __init__(self, courses: list, which: str):
+        self.courses, self.layered = courses, which == layers.WITH
+        self.progress = SimpleNamespace(phase="drape", phase_time=0.0)
+        self.scene, self.finished, self.steps = SimpleNamespace(scene="sheet"), False, 0
+        self.setup = SimpleNamespace(cloth=SimpleNamespace(vertex_count=9))
+        self.stepper = SimpleNamespace(layers=SimpleNamespace(touching=np.zeros(30, bool)))
+
+    def advance(self):
+        self.steps += 1
+        self.progress.phase_time = [0, 1, 1.5, 2, 3, 3.5, 4][self.steps] * layers.FRAME
+        self.stepper.layers.touching[: 5 * self.steps] = True
+        self.courses.append((self.layered, self.progress.phase_time / layers.FRAME))
+        self.finished = self.steps == 6
+
+
+def test_both_go_through_the_same_frames_in_turns(monkeypatch):
+    courses = []
+    monkeypatch.setattr(layers, "_simulation", lambda case, edge, which: Going(courses, which))
+    case = replace(layers.CASES["nothing touches"], skipped=1, frames=2)
+    found = layers.followed(case, 20.0)
+    ways = [(True, 1), (False, 1), (False, 1.5), (False, 2), (True, 1.5), (True, 2), (True, 3), (False, 3)]
+    assert courses == [(which, pytest.approx(frame)) for which, frame in ways]
+    assert (found.vertices, found.touching, len(found.layered), len(found.plain)) == (9, 20, 2, 2)
+    with pytest.raises(RunError, match="phase drape has not as many frames as 5"):
+        layers.followed(replace(case, frames=4), 20.0)
+
+
+def test_what_touches_is_counted(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    case = replace(layers.CASES["folds"], scene="validation/folded_sheet.yaml", phase="drape")
+    assert layers.followed(replace(case, skipped=36, frames=1), 20).touching > 0
 
 
 def judged(records) -> dict:

@@ -101,7 +101,7 @@ def test_draped_it_counts_against_any_where_it_is_exact_itself(known, monkeypatc
         10.0: True,
     }
     for spoilt in (track(0.002, 0.3, strain=0.006), track(0.002, 0.3, depth=0.001)):
-        assert not sphere._is_exact(spoilt)
+        assert not sphere.is_exact(spoilt)
 
 
 def test_the_fall_ends_where_the_lowest_point_rises_again():

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.pareto import ours, peer, sphere
+from taichi_tryon.bench.pareto import ours, peer, sphere, sphere_layers
 from taichi_tryon.bench.pareto.hang import problem
 from taichi_tryon.bench.pareto.peer import PeerSetting
 from taichi_tryon.bench.pareto.reference import converged, distance
@@ -38,6 +38,17 @@ def test_its_model_holds_the_corners_and_takes_step_and_friction_from_the_scene(
     pinned = [int(k) for k in model.find(".//pin").get("id").split()]
     assert sorted(setup.positions[pinned, 0]) == pytest.approx([0, 0.5]) and set(setup.positions[pinned, 2]) == {-0.5}
     assert model.find(".//geom") is None and model.find(".//flexcomp/contact").get("friction") == "0.3 0 0"
+
+
+def test_its_layers_touch_at_twice_the_radius_where_ours_do():
+    of = sphere_layers.problem(11, 0.1)
+    setup = prepare(ours.scene_of(of, ours.Setting("")), Stopwatch())
+    flex = ElementTree.fromstring(peer._xml(of, setup, PeerSetting(1))).find(".//flexcomp")
+    assert flex.find("contact").get("selfcollide") == "auto"
+    assert 2 * float(flex.get("radius")) == pytest.approx(setup.scene.contact.layers.thickness_mm / 1000)
+    plain = sphere.problem(11, "table1")
+    setup = prepare(ours.scene_of(plain, ours.Setting("")), Stopwatch())
+    assert 'selfcollide="none"' in peer._xml(plain, setup, PeerSetting(1))
 
 
 @needs_mujoco

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.pareto.problem import FRAME
+from taichi_tryon.bench.pareto.problem import FRAME, Problem
 from taichi_tryon.bench.pareto.track import Tracker
 
 
-def tracker(cloth, positions, velocities, moment=FRAME, ball=None):
-    return Tracker(cloth, positions, velocities, moment, ball)
+def tracker(cloth, positions, velocities, moment=FRAME, ball=None, layers=False):
+    of = Problem("any", 0.1, 9, "table1", FRAME, ball=ball, moment=moment, layers=layers)
+    return Tracker(cloth, positions, velocities, of)
 
 
 def test_frames_between_steps_are_on_the_cubic_of_both_ends(cloth, sheet):
@@ -48,3 +49,19 @@ def test_depth_is_that_of_the_nearest_point_of_any_triangle(cloth, sheet, shift,
     seen = tracker(cloth, flat, np.zeros_like(flat), ball=0.5)
     seen.seen(FRAME, flat + shift, np.zeros_like(flat))
     assert seen.track(0, 0, FRAME).depth == pytest.approx([depth], abs=1e-12)
+
+
+def test_crossings_are_counted_at_every_frame_where_cloth_meets_cloth(cloth, sheet):
+    flat = np.column_stack([sheet.points, np.zeros(len(sheet.points))])
+    still = np.zeros_like(flat)
+    # wound up: the right half is led through the left one
+    wound = flat * [1, 1, 0] + 0.03 * np.column_stack([0 * flat[:, 0], 0 * flat[:, 0], np.sin(150 * flat[:, 0])])
+    wound[:, 0] = 0.5 * wound[:, 0] + 0.02 * np.sin(300 * flat[:, 0])
+    seen = tracker(cloth, flat, still, layers=True)
+    for frame, x in enumerate((flat, wound, flat), 1):
+        seen.seen(frame * FRAME, x, still)
+    counts = seen.track(0, 0, 3 * FRAME).crossings
+    assert counts[0] == counts[2] == 0 and counts[1] > 0
+    plain = tracker(cloth, flat, still)
+    plain.seen(FRAME, wound, still)
+    assert plain.track(0, 0, FRAME).crossings is None
