@@ -95,9 +95,7 @@ class Ledger:
     """What energy a cloth holds (motion, strain, contact), and what it was given.
 
     That is what it held at first, the work of gravity, and that of body and holds that lead it at a speed v over a way
-    h, at most 2 M v^2, as if it bounced off, and M g h. Gravity counts at least as much as falling over the cloth's own
-    length: cloth that Newton's few iterations stop short before a body keeps its momentum, and has it before its height
-    is lost. Steps without inertia are not counted.
+    h, at most 2 M v^2, as if it bounced off, and M g h. Steps without inertia are not counted.
     """
 
     def __init__(self, simulation: Simulation):
@@ -105,8 +103,6 @@ class Ledger:
         mass, gravity = setup.cloth.masses.sum(), np.linalg.norm(setup.scene.gravity_m_s2)
         speed, way = _led(setup)
         self.led = mass * (2 * speed**2 + gravity * way)
-        points = np.concatenate([garment.mesh.pattern_points for garment in setup.garments])
-        self.fall = mass * gravity * np.linalg.norm(np.ptp(points, axis=0))
         self.share, self.first = 0.0, None
         simulation.stepper.balance()
         self.count(True)
@@ -117,7 +113,7 @@ class Ledger:
         held, height = held_and_height(self.simulation.stepper)
         if self.first is None or not moved:
             self.first = held, height
-        given = self.first[0] + max(self.first[1] - height, self.fall) + self.led
+        given = self.first[0] + self.first[1] - height + self.led
         self.share = max(self.share, held / (given + NOTHING))
 
 
