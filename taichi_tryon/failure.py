@@ -66,9 +66,10 @@ def explain(
     inspections: Sequence[Inspection],
     progress: Progress,
     residuals: Sequence[float],
+    rounding: float = 0.0,
 ) -> Failure:
     """What to say of a run that ended with ``progress``; inspections are those of the ``garments``, ``residuals`` the
-    net force over the weight after each step of settling."""
+    net force over the weight after each step of settling, ``rounding`` what of it rounding of positions makes."""
     peaks = [_sizes(each).max() for each in inspections]
     worst = int(np.argmax(peaks))
     garment, there = garments[worst], inspections[worst]
@@ -89,6 +90,9 @@ def explain(
     if phase != "settle":
         seen["step_s"] = _short(progress.dt)
     advice = [*_floating(scene, garments, inspections)]
+    if not advice and phase == "settle" and rounding > scene.settle.residual:
+        seen["rounding_relative"] = _short(rounding)
+        advice = [*_too_few_digits(scene, rounding)]
     if not advice:
         advice = [*(_not_settled(scene, progress, residuals) if phase == "settle" else _no_step(scene, phase))]
         advice += _anywhere(scene, progress)
@@ -120,6 +124,12 @@ def _floating(scene: SceneSpec, garments: Sequence[Garment], inspections: Sequen
                 f"a hold for {garment.name} or a body below it, for it touches nothing and falls; or "
                 "settle.max_steps=0, if its fall is all that is wanted"
             )
+
+
+def _too_few_digits(scene: SceneSpec, rounding: float):
+    if scene.solver.precision == "f32":
+        yield f"solver.precision=f64, for rounding of positions alone makes a net force of {rounding:.2g} of the weight"
+    yield f"settle.residual={_round_up(2 * rounding)}, if that is close enough"
 
 
 def _not_settled(scene: SceneSpec, progress: Progress, residuals: Sequence[float]):

@@ -184,6 +184,8 @@ class _Run:
         if limit_is_off(self.simulation.scene):
             return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"
         force = f"net force {p.residual:.2e} of the weight, limit {limit:g}"
+        if (rounding := self.simulation.rounding()) > limit:
+            force += f"; rounding of positions alone makes {rounding:.2e}"
         return "failed", f"not settled after settle.max_steps: {force}"
 
     def _end(self, status: str, reason: str, explained: bool) -> Failure | None:
@@ -204,7 +206,8 @@ class _Run:
             whole, garments = self.observer.inspect()
         if explained:
             setup, progress = self.simulation.setup, self.simulation.progress
-            failure = explain(setup.scene, setup.garments, garments, progress, self.residuals)
+            rounding = self.simulation.rounding()
+            failure = explain(setup.scene, setup.garments, garments, progress, self.residuals, rounding)
             spot, caption = np.array(failure.world_cm) * CM, f"{failure.garment}, panel {failure.panel}"
             attempt(lambda: self.recorder.mark(spot, failure.outward, caption))
         self.warnings += faults

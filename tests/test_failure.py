@@ -50,9 +50,9 @@ def inspection(forces, pressure=100.0):
     )
 
 
-def found(scene, progress, residuals=(), forces=(0, 0, 0, -0.003), **options):
-    calm = inspection([0, 0, 0, 0])
-    return explain(scene, [garment("in"), garment("out")], [calm, inspection(forces, **options)], progress, residuals)
+def found(scene, progress, residuals=(), forces=(0, 0, 0, -0.003), rounding=0.0, **options):
+    garments, seen = [garment("in"), garment("out")], [inspection([0, 0, 0, 0]), inspection(forces, **options)]
+    return explain(scene, garments, seen, progress, residuals, rounding)
 
 
 DONE = Progress(phase="done", steps=9, rejected=2, moved=0.002, residual=0.06)
@@ -97,6 +97,15 @@ def test_one_that_does_not_fall_asks_for_something_else(scene):
     assert advice[2].startswith("settle.residual=0.072, ")
     far = Progress(phase="done", residual=2.0)
     assert not [line for line in found(scene, far, [2.0] * 20).advice if "residual=" in line]
+
+
+def test_a_force_that_is_rounding_asks_for_more_digits(scene):
+    solver = scene.solver.model_copy(update={"precision": "f32"})
+    single = scene.model_copy(update={"solver": solver})
+    failure = found(single, DONE, [0.06] * 20, rounding=0.04)
+    assert failure.seen["rounding_relative"] == 0.04
+    assert [line.split(",")[0] for line in failure.advice] == ["solver.precision=f64", "settle.residual=0.08"]
+    assert "rounding_relative" not in found(single, DONE, [0.06] * 20, rounding=0.004).seen
 
 
 def test_what_nothing_carries_falls(scene):

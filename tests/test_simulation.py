@@ -216,3 +216,18 @@ def test_a_loose_tube_stays_up_by_its_elastics_alone():
     seen, _ = Observer(simulation).inspect()
     assert seen.contact_forces.sum(axis=0)[2] == pytest.approx(weight, rel=0.02)
     assert 0.3 * (seen.contact_pressures @ seen.contact_areas) > weight
+
+
+def test_rounding_is_what_the_last_digits_make_and_changes_nothing(simulation, course):
+    """As much as a change of positions a million times as great makes, over a million."""
+    state = course[-1][-1]
+    simulation.restore(state)
+    found, after = simulation.rounding(), simulation.state()
+    assert all(np.array_equal(state[key], after[key]) for key in state)
+    rng, step = np.random.default_rng(1), simulation.stepper
+    moves = 1e6 * np.spacing(state["positions"]) * rng.uniform(-0.5, 0.5, state["positions"].shape)
+    still = step.net_forces()
+    step.restore({**state, "positions": state["positions"] + moves})
+    force = np.linalg.norm(step.net_forces() - still) / step.potential.weight
+    simulation.restore(state)
+    assert 1e6 * found == pytest.approx(force, rel=0.5)

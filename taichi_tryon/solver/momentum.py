@@ -12,6 +12,10 @@ rigid motion of the piece,
 with the mean velocity u and the angular momentum L that there ought to be, r from the centre of mass, and I the tensor
 of inertia. It strains nothing, and is as small as the scheme's local error, so that the order stays. Pieces that are
 touched or held in a step are left alone: there contact and holds decide.
+
+So are those that Newton's few iterations left short of where the step leads, as right before a body: with all of their
+speed, but not all of the way that belongs to it, they would gain energy. Every scheme keeps u by itself, so that what
+is missing of it tells: dt times the net force that is left, over the mass.
 """
 
 from __future__ import annotations
@@ -38,7 +42,7 @@ class FreeFlight:
         self.count, self.piece = connected_components(graph, directed=False)
         self.touched = np.zeros(self.count, bool)
         self._now, self._ever = self.touched, self.touched
-        self._momenta = []
+        self._momenta, self._unsolved = [], 0.0
 
     def meet(self, contact, layers, first: bool) -> None:
         """A stage of a step has been solved, the ``first`` or another: note which pieces are touched at its end, by
@@ -61,6 +65,8 @@ class FreeFlight:
         if len(flying):
             positions, velocities = _doubles(step.x_start), _doubles(step.v)
             fall = dt * step.gravity.to_numpy()
+            # where each vertex is left with the force that is tolerated
+            self._unsolved = dt * step.settings.tolerance * step.potential.weight / np.linalg.norm(self.masses)
         for number in flying:
             where = self.piece == number
             _, _, mean, angular = self._of(where, positions, velocities)
@@ -73,6 +79,8 @@ class FreeFlight:
         positions, velocities = _doubles(step.x), _doubles(step.v)
         for where, speed, angular in self._momenta:
             m, arms, mean, spin = self._of(where, positions, velocities)
+            if np.linalg.norm(speed - mean) > self._unsolved:
+                continue
             inertia = (m @ (arms**2).sum(axis=1)) * np.eye(3) - (arms.T * m) @ arms
             # a piece stretched to a line has no inertia about it, and no momentum
             turn = np.linalg.lstsq(inertia, angular - spin, rcond=1e-12)[0]

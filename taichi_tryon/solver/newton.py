@@ -47,6 +47,8 @@ class Newton:
     def __init__(self, cloth, potential: Potential, way: Way, preconditioner: str, clock):
         self.potential, self.way, self.layers, self.clock = potential, way, potential.layers, clock
         self.linear = _linear(cloth, potential, preconditioner)
+        # a smaller part of Phi is rounding
+        self.rounding = max(1e-9, float(np.finfo(potential.x.to_numpy().dtype).eps))
         self.settings: StepSettings | None = None
         # steps until it is tried again whether the cloth coasts
         self.wait = 0
@@ -170,7 +172,7 @@ class Newton:
         share, slope = 1.0, None
         while True:
             rise = self._look(share) - before
-            if rise <= 1e-9 * abs(before):
+            if rise <= self.rounding * abs(before):
                 return True
             if share <= LEAST_SHARE:
                 break

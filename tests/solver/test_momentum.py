@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from taichi_tryon.bench.energy import kinetic
+
 GRAVITY = np.array([0.0, -9.81, 0.0])
 # solved far from exactly
 ROUGH = dict(tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2, max_linear_iterations=200,
@@ -88,6 +90,27 @@ def test_a_step_that_begins_in_contact_keeps_its_push(pair, put):
     assert s.step(1 / 200).accepted
     assert s.flight.touched.tolist() == [False, False]
     assert momenta(pair, pair.low)[0][1] > 2.05
+
+
+@pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
+def test_what_newton_leaves_short_of_the_floor_gains_no_energy(pair, start, scheme, monkeypatch):
+    """It would fall below the floor in a step, and its one iteration ends above it."""
+    m = pair.cloth.masses
+
+    def energy(step):
+        return kinetic(step) - m @ (step.x.to_numpy() @ GRAVITY)
+
+    high, ends = pair.positions.copy(), []
+    high[pair.high, 1] = 0.012
+    for keep in (pair.step.flight.keep, lambda step: None):
+        s = start(high, np.array([0.0, -1.0, 0.0]), **{**ROUGH, "max_newton_iterations": 1}, scheme=scheme)
+        monkeypatch.setattr(s.flight, "keep", keep)
+        before = energy(s)
+        assert s.step(1 / 60).accepted
+        ends.append(s.v.to_numpy()[pair.high])
+        fell = 0.012 - s.x.to_numpy()[pair.high, 1]
+        assert not s.flight.touched[1] and fell.max() < 0.01 and energy(s) < before
+    assert np.array_equal(*ends)
 
 
 def test_what_is_held_is_left_alone(pair, put):

@@ -23,9 +23,9 @@ BOUND, NOTHING = 1.05, 1e-9
 
 @dataclass(frozen=True)
 class Outcome:
-    """``kind``: "held"; "refused" with a reason, where physics may say no; else what happened: "no step", "unsettled",
-    "energy grew", "not finite", "state lost", "input refused", "hung", "crashed". ``steps`` were taken, ``rejected``
-    others; ``energy_share``: see Ledger."""
+    """``kind``: "held"; "refused" with a reason, where physics may say no, or the digits of the numbers do; else what
+    happened: "no step", "unsettled", "energy grew", "not finite", "state lost", "input refused", "hung", "crashed".
+    ``steps`` were taken, ``rejected`` others; ``energy_share``: see Ledger."""
 
     kind: str
     reason: str = ""
@@ -87,7 +87,10 @@ def _judged(simulation: Simulation, may_refuse: bool) -> Outcome:
         if ledger.share > BOUND:
             return end("energy grew", f"after {p.time:.3f} s, in step {p.steps}")
     if simulation.scene.settle.max_steps and not simulation.settled:
-        return end("unsettled", f"net force {p.residual:.2e} of the weight")
+        reason, rounding = f"net force {p.residual:.2e} of the weight", simulation.rounding()
+        if rounding > simulation.scene.settle.residual:
+            return end("refused", f"{reason}, of which rounding of positions alone makes {rounding:.2e}")
+        return end("unsettled", reason)
     return end("held")
 
 
@@ -95,9 +98,7 @@ class Ledger:
     """What energy a cloth holds (motion, strain, contact), and what it was given.
 
     That is what it held at first, the work of gravity, and that of body and holds that lead it at a speed v over a way
-    h, at most 2 M v^2, as if it bounced off, and M g h. Gravity counts at least as much as falling over the cloth's own
-    length: cloth that Newton's few iterations stop short before a body keeps its momentum, and has it before its height
-    is lost. Steps without inertia are not counted.
+    h, at most 2 M v^2, as if it bounced off, and M g h. Steps without inertia are not counted.
     """
 
     def __init__(self, simulation: Simulation):
@@ -105,8 +106,6 @@ class Ledger:
         mass, gravity = setup.cloth.masses.sum(), np.linalg.norm(setup.scene.gravity_m_s2)
         speed, way = _led(setup)
         self.led = mass * (2 * speed**2 + gravity * way)
-        points = np.concatenate([garment.mesh.pattern_points for garment in setup.garments])
-        self.fall = mass * gravity * np.linalg.norm(np.ptp(points, axis=0))
         self.share, self.first = 0.0, None
         simulation.stepper.balance()
         self.count(True)
@@ -117,7 +116,7 @@ class Ledger:
         held, height = held_and_height(self.simulation.stepper)
         if self.first is None or not moved:
             self.first = held, height
-        given = self.first[0] + max(self.first[1] - height, self.fall) + self.led
+        given = max(self.first[0] + self.first[1] - height + self.led, 0.0)
         self.share = max(self.share, held / (given + NOTHING))
 
 

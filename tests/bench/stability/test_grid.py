@@ -1,5 +1,6 @@
 """The grid: every change fits its scene, what goes wrong is seen, starts are what they are called."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ from taichi_tryon.bench.stability import starts
 from taichi_tryon.bench.stability.cell import BOUND, run_cell
 from taichi_tryon.bench.stability.grid import tried
 from taichi_tryon.bench.stability.plot import COLORS, plot_grid, table
-from taichi_tryon.bench.stability.stresses import HANG, SCENES, Change, cells
+from taichi_tryon.bench.stability.stresses import HANG, SCENES, Cell, Change, cells
 from taichi_tryon.errors import NoStep
 from taichi_tryon.scene.load import load_scene
 
@@ -64,11 +65,14 @@ class Failing:
     def __init__(self, fault):
         self.fault, self.finished, self.settled = fault, False, True
         self.progress = SimpleNamespace(phase="drape", steps=3, rejected=2, time=0.5)
-        self.scene = SimpleNamespace(settle=SimpleNamespace(max_steps=0))
+        self.scene = SimpleNamespace(settle=SimpleNamespace(max_steps=0, residual=0.01))
         self.x = np.zeros((2, 3))
 
     def state(self):
         return {"positions": self.x.copy(), "velocities": self.x.copy()}
+
+    def rounding(self):
+        return 0.001
 
     def advance(self):
         self.finished = True
@@ -101,6 +105,15 @@ def test_what_goes_wrong_is_seen(monkeypatch, fault):
     assert (outcome.steps, outcome.rejected) == (3, 2)
     may = cells_module._judged(Failing(fault), may_refuse=True)
     assert may == (replace(outcome, kind="refused") if fault == "no step" else outcome)
+
+
+def test_where_the_digits_end_it_is_said_and_newton_gets_so_far():
+    """Ten metres up, positions in single precision are 1 um apart."""
+    high = ("solver.precision=f32", "garments.0.sheet.origin_cm=[0, 1000, 0]", "settle.max_steps=40")
+    outcome = tried(Cell(HANG, "precision", "high up", Change(high), quick=True))
+    residual, rounding = (float(number) for number in re.findall(r"\d\.\d+e-\d+", outcome.reason))
+    assert outcome.kind == "refused" and "rounding" in outcome.reason
+    assert 0.01 < rounding < 1 and residual < 1.5 * rounding
 
 
 def test_input_at_fault_is_no_held_cell():
