@@ -214,6 +214,7 @@ class Simulation:
         settings = {"dress": self._dressing, "settle": self._settling}
         self.stepper.settings = settings.get(phase, self._moving)
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        self.stepper.contact.firm(phase != "dress")
         if self.stepper.rubbing:
             self.stepper.rubbing.coefficient[None] = scene.contact.layers.friction * (phase != "dress")
         # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced

@@ -1,11 +1,8 @@
 """Contact and friction between the cloth and the body.
 
-Normal: the samples are held off the skin by the contact thickness t, by the one-sided potential k A depth^3 / (3 t) in
-the depth below that offset; the pressure is k depth^2 / t. Its stiffness grows from zero, so that Newton's method meets
-no jump where a sample comes into contact; under the cloth's own weight the depth is about 10 um, and the skin itself is
-reached at the pressure k t. From the depth STIFF t on the pressure follows its tangent, since Newton's method would
-only halve a depth in which it is quadratic. The paper's force -k grad W (eq. 3) jumps at the skin and is four times
-stiffer in one place than in another.
+Normal: the samples are held off the skin by the contact thickness t, by a one-sided potential of the depth below that
+offset whose pressure grows without bound towards the skin; see ``offset``. The paper's force -k grad W (eq. 3) jumps at
+the skin and is four times stiffer in one place than in another.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
@@ -18,13 +15,12 @@ import taichi as ti
 
 from taichi_tryon import fields
 from taichi_tryon.contact import friction as dry
+from taichi_tryon.contact import offset
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.kernel_loops import shared_if_many
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
-# depth, in contact thicknesses, from which the pressure grows linearly
-STIFF = 3.0
 # cloth further off the body than this is not carried along with it [m]
 CARRIED = 0.04
 
@@ -49,8 +45,9 @@ class BodyContact:
         self.vertex = tables.vectors(samples.vertices)
         self.weight = tables.vectors(samples.weights)
         self.area = tables.scalars(samples.areas)
-        self.stiffness, self.thickness, self.friction = (ti.field(float, shape=()) for _ in range(3))
+        self.stiffness, self.thickness, self.friction, self.last = (ti.field(float, shape=()) for _ in range(4))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
+        self.firm()
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
         self.depth = ti.field(float, shape=room)
@@ -76,21 +73,21 @@ class BodyContact:
     @ti.func
     def _pressure(self, s: int) -> float:
         """Normal pressure on sample s [Pa]."""
-        t, d = self.thickness[None], self.depth[s]
-        shallow = ti.min(d, STIFF * t)
-        return self.stiffness[None] * shallow * (2.0 * d - shallow) / t
+        return offset.pressure(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
 
     @ti.func
     def _steepness(self, s: int) -> float:
         """Derivative of the pressure with respect to the depth [N/m^3]."""
-        return 2.0 * self.stiffness[None] * ti.min(self.depth[s] / self.thickness[None], STIFF)
+        return offset.steepness(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
 
     @ti.func
     def _stored(self, s: int) -> float:
         """Integral of the pressure over the depth [J/m^2]."""
-        t, d = self.thickness[None], self.depth[s]
-        shallow = ti.min(d, STIFF * t)
-        return self.stiffness[None] * shallow * (shallow * shallow / 3.0 + d * (d - shallow)) / t
+        return offset.stored(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
+
+    def firm(self, yet: bool = True):
+        """Let the pressure grow so much that the skin is not reached; not ``yet``: give way to what is forced."""
+        self.last[None] = offset.FIRM if yet else offset.YIELDING
 
     def cover(self):
         """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
@@ -303,6 +300,12 @@ class BodyContact:
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
-        depth, t = self.depth.to_numpy()[: self.count], self.thickness[None]
-        shallow = np.minimum(depth, STIFF * t)
-        return self.stiffness[None] * shallow * (2 * depth - shallow) / t
+        result = np.zeros(self.count)
+        if self.count > 0:
+            self._tell_pressures(result)
+        return result
+
+    @ti.kernel
+    def _tell_pressures(self, result: ti.types.ndarray()):
+        for s in range(self.count):
+            result[s] = self._pressure(s)

@@ -118,7 +118,10 @@ class ContactSpec(Spec):
         description="distance t from the skin at which the cloth's middle surface begins to feel it",
     )
     stiffness_N_per_m3: float = Field(
-        1.0e7, ge=1e4, le=1e10, description="k: at the depth d below t the pressure is k d^2 / t, at the skin k t"
+        1.0e7,
+        ge=1e4,
+        le=1e10,
+        description="k: at a depth d little below t the pressure is k d^2 / t, at the skin 7 k t",
     )
     layers: LayersSpec | None = Field(
         None, description="contact of cloth with cloth, of one garment and between garments; null: they do not meet"

@@ -7,6 +7,7 @@ import pytest
 import taichi as ti
 
 from taichi_tryon.cloth.model import Cloth
+from taichi_tryon.contact import offset
 from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.distance import distance, weights_of
 from taichi_tryon.contact.samples import Samples
@@ -87,6 +88,27 @@ def flat(cloth, make_sheet):
 def law():
     """The figures of the contact under test."""
     return SimpleNamespace(stiffness=STIFFNESS, thickness=THICKNESS, friction=FRICTION)
+
+
+@ti.kernel
+def _evaluate_offset(depth: ti.types.ndarray(), last: float, out: ti.types.ndarray()):
+    for i in range(depth.shape[0]):
+        out[i, 0] = offset.stored(STIFFNESS, THICKNESS, depth[i], last)
+        out[i, 1] = offset.pressure(STIFFNESS, THICKNESS, depth[i], last)
+        out[i, 2] = offset.steepness(STIFFNESS, THICKNESS, depth[i], last)
+
+
+@pytest.fixture(scope="session")
+def pushes():
+    """Energy [J/m^2], pressure [Pa] and steepness [N/m^3], each (n,), of the contact under test at depths (n,) [m]."""
+
+    def at(depth, last=offset.FIRM):
+        depth = np.atleast_1d(np.asarray(depth, float))
+        out = np.empty((len(depth), 3))
+        _evaluate_offset(depth, last, out)
+        return out.T
+
+    return at
 
 
 @ti.kernel

@@ -7,6 +7,7 @@ import taichi as ti
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
 from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.offset import FIRM, YIELDING
 from taichi_tryon.contact.samples import Samples
 
 DEPTH = 1e-4
@@ -18,13 +19,24 @@ def rough(flat, law, size=3e-5, seed=0):
     return positions + np.random.default_rng(seed).normal(size=positions.shape) * size
 
 
-def test_pressure_grows_with_the_square_of_the_depth(felt, flat, law, cloth):
-    for depth in (1e-5, 1e-4, 4e-4, law.thickness):
+def test_all_feel_the_pressure_at_their_depth(felt, flat, law, cloth, pushes):
+    for depth in (1e-5, 1e-4, 4e-4, law.thickness, 3 * law.thickness):
         force = felt.at(flat(law.thickness - depth))
-        pressure = law.stiffness * depth**2 / law.thickness
+        stored, pressure, _ = pushes(depth)[:, 0]
         assert felt.law.pressures() == pytest.approx(pressure, rel=1e-5)
         assert force[:, 1] == pytest.approx(pressure * cloth.vertex_areas, rel=1e-5)
-        assert felt.law.energy() == pytest.approx(pressure * depth / 3 * cloth.areas.sum(), rel=1e-5)
+        assert felt.law.energy() == pytest.approx(stored * cloth.areas.sum(), rel=1e-5)
+
+
+def test_what_is_forced_on_is_given_way_to(felt, flat, law, pushes):
+    felt.law.firm(False)
+    try:
+        felt.at(flat(0.0))
+        assert felt.law.pressures() == pytest.approx(pushes(law.thickness, YIELDING)[1].item(), rel=1e-5)
+    finally:
+        felt.law.firm()
+    felt.at(flat(0.0))
+    assert felt.law.pressures() == pytest.approx(pushes(law.thickness, FIRM)[1].item(), rel=1e-5)
 
 
 def test_off_the_body_nothing_is_felt(felt, flat, law):
@@ -117,9 +129,14 @@ def tangential(felt, positions):
     return np.hypot(total[0], total[2]), total[1]
 
 
-def test_friction_sticks_up_to_mu_and_no_further(felt, flat, law):
-    level = flat(law.thickness - DEPTH)
-    most = law.friction * DEPTH / 2  # where the spring, as stiff as the contact, reaches mu times the pressure
+def farthest(law, pushes) -> float:
+    """Where the spring, as stiff as the contact, reaches mu times the pressure [m]."""
+    _, pressure, steepness = pushes(DEPTH)[:, 0]
+    return law.friction * pressure / steepness
+
+
+def test_friction_sticks_up_to_mu_and_no_further(felt, flat, law, pushes):
+    level, most = flat(law.thickness - DEPTH), farthest(law, pushes)
     for share in (0.25, 0.5, 0.99):
         felt.start(level)
         force, load = tangential(felt, level + [share * most, 0, 0])
@@ -177,9 +194,8 @@ def test_what_slipped_is_taken_to_slip_on_in_the_next_step(felt, flat, law):
     assert stiffnesses(felt, beyond - [1e-6, 0, 0])[0] == pytest.approx(1, rel=1e-3)
 
 
-def test_springs_are_cut_at_the_end_of_a_step(felt, flat, law):
-    level = flat(law.thickness - DEPTH)
-    most = law.friction * DEPTH / 2
+def test_springs_are_cut_at_the_end_of_a_step(felt, flat, law, pushes):
+    level, most = flat(law.thickness - DEPTH), farthest(law, pushes)
     for share, kept in ((0.5, 0.5), (7.0, 1.0)):
         felt.start(level)
         moved = level + [0.6 * share * most, 0, 0.8 * share * most]
@@ -218,7 +234,7 @@ def test_the_bodys_own_motion_is_no_slip(felt, flat, law, floor_and_ball_field):
         floor_and_ball_field.set_pose(np.eye(4)[None])
 
 
-def test_what_stands_still_is_not_looked_at_again(felt, flat, law, floor_and_ball_field):
+def test_what_stands_still_is_not_looked_at_again(felt, flat, law, pushes, floor_and_ball_field):
     """Until it, or the body, moves: then the body is asked where it is now."""
     low, higher, now = flat(law.thickness - DEPTH), flat(law.thickness - 0.5 * DEPTH), np.eye(4)[None].copy()
     now[0, 1, 3] = -0.5 * DEPTH
@@ -238,7 +254,9 @@ def test_what_stands_still_is_not_looked_at_again(felt, flat, law, floor_and_bal
     finally:
         floor_and_ball_field.set_pose(np.eye(4)[None])
     assert looks == [0, 0, count, count]
-    assert np.array_equal(once, again) and once[:, 1].sum() == pytest.approx(4 * up[:, 1].sum(), rel=1e-4)
+    deeper, shallower = pushes([DEPTH, 0.5 * DEPTH])[1]
+    assert np.array_equal(once, again)
+    assert once[:, 1].sum() == pytest.approx(deeper / shallower * up[:, 1].sum(), rel=1e-4)
     # the floor has sunk by as much as the cloth: nothing but the one's rise is left between them
     assert down.shape == up.shape and np.abs(down).max() < 1e-3 * np.abs(up).max()
 

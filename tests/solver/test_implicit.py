@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from taichi_tryon import fields
 from taichi_tryon.bench.energy import strain_and_height
@@ -19,6 +20,7 @@ def put(stepper, positions, velocity=(0.0, 0.0, 0.0)):
     stepper.contact.along.fill(1.0)
     stepper.elastic.begin_step()
     stepper.newton.wait = 0
+    stepper.flight.touched = np.zeros_like(stepper.flight.touched)
 
 
 def settle(stepper, target, steps=80, longest=1.0):
@@ -112,7 +114,8 @@ def test_a_sheet_on_a_ball_rests_with_its_whole_weight(stepper, level, cloth):
 def lying(stepper, level, contact, slope, mass=0.29):
     """The sheet on a slope, gravity turned instead of the floor, as deep in the contact as its weight presses it."""
     stepper.gravity[None] = [G * np.sin(slope), -G * np.cos(slope), 0]
-    depth = np.sqrt(mass * G * np.cos(slope) * contact.thickness / contact.stiffness)
+    load = mass * G * np.cos(slope) / (contact.stiffness * contact.thickness)
+    depth = brentq(lambda u: u * u * (3 - 2 * u) - 3 * load * (1 - u) ** 2, 0.0, 0.5) * contact.thickness
     put(stepper, level(contact.thickness - depth))
 
 
