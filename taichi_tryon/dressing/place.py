@@ -152,7 +152,7 @@ def _check(
         raise DressingError(
             f"dressing '{spec.dressing}': {len(bad)} pairs of triangles cross, "
             f"the first {_place(bad[0, 0], mesh, maps)} with "
-            f"{_place(bad[0, 1], mesh, maps)}; widen the outer of the two disks or narrow the inner one",
+            f"{_place(bad[0, 1], mesh, maps)}; widen the outer of the two disks, narrow the inner one, {ELSEWHERE}",
             at=_disk_at(bad[0, 0], mesh, maps),
         )
     if len(pairs):

@@ -3,8 +3,8 @@
 With ``--peers``, MuJoCo drapes the same mesh with its flex's own self-contact; see ``hang.py``. Pairs of triangles that
 cross are counted after every frame, its own and ours by the same test (``dressing/check.py``). No reference: where the
 folds come to lie, many ways are right; judged are crossings, and strain and depth in the ball at the end, as in
-``sphere.py``. Limits: no crossing in any frame, and five times faster than MuJoCo at 5 steps a frame, its cheapest
-setting whose strain comes near to ours.
+``sphere.py``. Limits: no crossing in any frame, and five times faster than MuJoCo at 5 steps a frame, where its strain
+at the end comes near to 0.5 %; at 1 step it is seven times as large.
 """
 
 from __future__ import annotations

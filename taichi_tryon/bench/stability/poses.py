@@ -30,7 +30,8 @@ from taichi_tryon.scene.models import MotionStepSpec
 from taichi_tryon.scene.resolved import to_yaml
 
 SCENES = {"top": "scenes/shirt_arms_raised.yaml", "trousers": "scenes/trousers_step.yaml"}
-SETTINGS = ("mesh.edge_length_mm=20", "contact.layers={}", "output.images=false", "output.video=false")
+SETTINGS = ("mesh.edge_length_mm=20", "contact.layers={}", "output.images=false", "output.video=false",
+            "output.frames_per_s=1")  # fmt: skip
 SEED, COUNT, QUICK = 5, 200, 8
 LIMIT_S = 1800.0
 LED_S = 1.0

@@ -32,7 +32,7 @@ def test_poses_reach_over_the_whole_range_and_not_beyond(body):
     drawn = [poses.drawn(body, number) for number in range(200)]
     assert not [line for pose in drawn for line in beyond(pose, body)]
     knees = np.array([pose.rotations_degree["calf_l"] for pose in drawn])
-    assert knees[:, 0].min() < 5 and knees[:, 0].max() > 115 and not knees[:, 1:].any()
+    assert knees[:, 0].min() < 5 and knees[:, 0].max() > 86 and not knees[:, 1:].any()
     # joints turn by themselves, and joints without a range not at all
     other = np.array([pose.rotations_degree["calf_r"][0] for pose in drawn])
     assert abs(np.corrcoef(knees[:, 0], other)[0, 1]) < 0.2
