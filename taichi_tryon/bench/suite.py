@@ -58,7 +58,7 @@ SUITES = {
         "kernels",
     ),
     "cost": ("stages", "bandwidth", "linear", "growth", "balls", "layers"),
-    "stability": ("grid", "energy", "same_bits", "bad_input", "kills", "crossings", "poses"),
+    "stability": ("grid", "energy", "same_bits", "bad_input", "kills", "memory", "crossings", "poses"),
 }
 """The cases of each suite, simplest first; each is a module with ``records(quick)``, in a suite with PEERS with
 ``records(quick, peers)``."""

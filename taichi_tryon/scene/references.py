@@ -52,7 +52,8 @@ def resolve(node: Node, model: type[BaseModel], path: str = "") -> None:
         if part := _model_of(field):
             resolve(child, part, inside)
         elif (part := _model_of_items(field)) and isinstance(child.value, list):
-            for index, item in enumerate(child.value):
+            # a list that is too long is refused whatever is in the rest
+            for index, item in enumerate(child.value[: _longest(field)]):
                 resolve(item, part, f"{inside}{index}.")
 
 
@@ -64,6 +65,11 @@ def _model_of(field: FieldInfo) -> type[BaseModel] | None:
 def _model_of_items(field: FieldInfo) -> type[BaseModel] | None:
     candidates = get_args(field.annotation) if _is_list(field.annotation) else ()
     return next((kind for kind in candidates if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+
+
+def _longest(field: FieldInfo) -> int | None:
+    """How many items a list may have, None where there is no limit."""
+    return next((mark.max_length for mark in field.metadata if hasattr(mark, "max_length")), None)
 
 
 def _is_list(annotation: Any) -> bool:

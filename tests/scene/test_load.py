@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from taichi_tryon.errors import InputError
+from taichi_tryon.scene import references
 from taichi_tryon.scene.load import load_body_and_pose, load_scene
+from taichi_tryon.scene.yaml_source import read_yaml
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -287,3 +289,17 @@ def test_shipped_scene(path):
     start = time.perf_counter()
     assert load_scene(path).scene == path.stem
     assert time.perf_counter() - start < 3  # about 0.3 s on an idle core
+
+
+def test_a_list_that_is_too_long_is_refused_before_its_files_are_read(small, monkeypatch):
+    """A scene of a thousand garments: half a minute of reading the same files."""
+    read = []
+    monkeypatch.setattr(references, "read_yaml", lambda path: read.append(path) or read_yaml(path))
+    load_scene(small.scene)
+    each = len(read)
+    text = small.scene.read_text()
+    start, end = text.index("  - "), text.index("\nmesh:") + 1
+    small.scene.write_text(text[:start] + text[start:end] * 1000 + text[end:])
+    (line,) = faults(small)
+    assert line.startswith("scene.yaml:") and "garments: List should have at most 10 items" in line
+    assert each <= len(read) - each <= 10 * each

@@ -21,7 +21,8 @@ COARSE_MM = 40.0
 LONGEST_MESSAGE = 1000
 """Characters."""
 _PLACE = re.compile(r"[^\n]+?\.yaml:\d+:\d+: (?P<rest>.+)")
-_FIELD = re.compile(r"[^\s:]+: .")
+# the key may be one that nobody thought of, with a colon in it
+_FIELD = re.compile(r"\S+: .")
 # what is wrong with a file before it has fields, or with all of it
 _WHOLE_FILE = (
     "not valid YAML", "not UTF-8 text", "the character", "empty", "a second document", "must be a mapping",

@@ -57,6 +57,7 @@ def test_what_is_wrong_and_accepted_is_found(scenes):
     ("message", "placed"),
     [
         ("dir/a.yaml:3:4: mesh.edge_length_mm: must be a finite number (got NaN)", True),
+        ("a.yaml:3:4: bending_warp_:f_cm2: unknown key", True),
         ("a.yaml:3:4: not valid YAML: found a tab", True),
         ("a.yaml:3:4: something is wrong", False),
         ("a.yaml: mesh: something is wrong", False),
