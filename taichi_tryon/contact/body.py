@@ -62,7 +62,9 @@ class BodyContact:
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
-        self.sums, self.corners = fields.sums(1), np.empty((fields.CHUNKS, 6))
+        self.sums, self.corners = fields.sums(2), np.empty((fields.CHUNKS, 6))
+        # greatest depth [m] of a sample below the offset where the energy was last asked for
+        self.deepest = 0.0
 
     @ti.func
     def _at(self, field: ti.template(), s: int):
@@ -283,20 +285,26 @@ class BodyContact:
     def _sum_energy(self, sums: ti.types.ndarray()):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.count)
-            total = ti.cast(0.0, ti.f64)
+            total, deepest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
             for s in range(low, high):
                 if self.depth[s] > 0.0:
+                    deepest = ti.max(deepest, ti.cast(self.depth[s], ti.f64))
                     total += self._stored(s) * self.area[s]
                     if ti.static(self.rubs):
                         total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
-            sums[chunk, 0] = total
+            sums[chunk, 0], sums[chunk, 1] = total, deepest
 
     def energy(self) -> float:
         """Energy [J] of contact and of the friction springs."""
         if self.count == 0:
             return 0.0
         self._sum_energy(self.sums)
-        return float(self.sums.sum())
+        self.deepest = float(self.sums[:, 1].max())
+        return float(self.sums[:, 0].sum())
+
+    def outside(self) -> bool:
+        """Whether every sample is outside the skin, where the energy was last asked for."""
+        return self.deepest <= self.thickness[None]
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""
