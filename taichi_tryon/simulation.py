@@ -22,6 +22,8 @@ PHASES = ("dress", "drape", "move", "settle")
 DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
 # the linear tolerance of dressing, whose way matters little: ten times less takes as many steps
 DRESSING_TOLERANCE = 0.1
+# so many times the Newton iterations while draping and moving, where a step would end with cloth in the body
+GET_OUT = 4
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # part of the stored energy by which it may rise where no smaller rise leads on
@@ -61,7 +63,7 @@ class Simulation:
         scene = setup.scene
         self.setup, self.scene, self.clock = setup, scene, clock
         contact, layers, solver, skip = scene.contact, scene.contact.layers, scene.solver, scene.skip
-        self._moving = StepSettings(
+        few = StepSettings(
             tolerance=solver.newton_tolerance,
             max_newton_iterations=solver.max_newton_iterations,
             linear_tolerance=solver.linear_tolerance,
@@ -70,9 +72,10 @@ class Simulation:
             preconditioner=solver.preconditioner,
             scheme=solver.scheme,
         )
-        self._dressing = replace(self._moving, linear_tolerance=max(DRESSING_TOLERANCE, self._moving.linear_tolerance))
+        self._moving = replace(few, max_newton_inside=GET_OUT * few.max_newton_iterations)
+        self._dressing = replace(few, linear_tolerance=max(DRESSING_TOLERANCE, few.linear_tolerance))
         self._settling = replace(
-            self._moving,
+            few,
             tolerance=0.3 * scene.settle.residual,
             max_newton_iterations=2 * solver.max_newton_iterations,
         )

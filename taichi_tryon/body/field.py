@@ -241,6 +241,31 @@ class BodyField:
         return gap, normal, winner, density
 
     @ti.func
+    def curvature(self, x, winner):
+        """Greatest principal curvature [1/m] of a group's level surface at x, positive where it bulges."""
+        cell = self.cells.at(x)
+        inwards, bend = ti.Vector.zero(float, 3), ti.Matrix.zero(float, 3, 3)
+        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
+            k = self.cells.ball[e]
+            if self.member[k] >> winner & 1:
+                r = x - self.center[k]
+                inward = self.quadratic[k] @ r
+                rest = 1 - r.dot(inward)
+                if rest > 0:
+                    slope = self.weight[k] * rest
+                    inwards += slope * rest * inward
+                    bend += slope * (rest * self.quadratic[k] - 4 * inward.outer_product(inward))
+        result, steepness = ti.cast(0.0, float), inwards.norm()
+        if steepness > 1e-12:
+            n = inwards / steepness
+            across = ti.Matrix.identity(float, 3) - n.outer_product(n)
+            shape = across @ bend @ across / steepness
+            # of its eigenvalues 0, a, b: a + b and (a - b)^2
+            mean, apart = shape.trace(), 2 * (shape * shape).sum() - shape.trace() ** 2
+            result = 0.5 * (mean + ti.sqrt(ti.max(apart, 0.0)))
+        return result
+
+    @ti.func
     def motion(self, x, winner):
         """Displacement (3,) [m] over the last step of the body's material that is at x now.
 

@@ -19,6 +19,8 @@ from taichi_tryon.contact import offset
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.kernel_loops import shared_if_many
 
+# where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
+HIGHEST = 1.0
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
 # cloth further off the body than this is not carried along with it [m]
@@ -45,12 +47,14 @@ class BodyContact:
         self.vertex = tables.vectors(samples.vertices)
         self.weight = tables.vectors(samples.weights)
         self.area = tables.scalars(samples.areas)
+        self.span = tables.scalars(samples.spans)
         self.stiffness, self.thickness, self.friction, self.last = (ti.field(float, shape=()) for _ in range(4))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
         self.firm()
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
-        self.depth = ti.field(float, shape=room)
+        # from the skin, and how much further off than the thickness it is held
+        self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
         self.seen = ti.Vector.field(3, float, shape=room)
@@ -62,7 +66,9 @@ class BodyContact:
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
-        self.sums, self.corners = fields.sums(1), np.empty((fields.CHUNKS, 6))
+        self.sums, self.corners = fields.sums(2), np.empty((fields.CHUNKS, 6))
+        # greatest depth [m] of a sample below the offset where the energy was last asked for
+        self.deepest = 0.0
 
     @ti.func
     def _at(self, field: ti.template(), s: int):
@@ -181,18 +187,38 @@ class BodyContact:
     @ti.func
     def _look(self, s: int, point, travelled: float, awake):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
-        gap, normal, winner, density = self.body.gap_within(point, self.thickness[None] + BAND)
-        depth = ti.max(self.thickness[None] - gap, 0.0)
-        self.depth[s], self.winner[s] = depth, winner
+        t = self.thickness[None]
+        gap, normal, winner, density = self.body.gap_within(point, (1.0 + HIGHEST) * t + BAND)
+        self.gap[s], self.normal[s], self.winner[s] = gap, normal, winner
         self.looked[s] += 1
         if awake:
             self.seen[s], self.until[s] = point, -1.0
-        if depth > 0.0:
-            self.normal[s] = normal
-        else:
-            self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+        if gap > (1.0 + HIGHEST) * t:
+            self.raised[s] = 0.0
             if awake:
-                self.until[s] = travelled + self.body.clearance(density) - self.thickness[None]
+                self.until[s] = travelled + self.body.clearance(density) - (1.0 + HIGHEST) * t
+        self._press(s)
+
+    @ti.func
+    def _press(self, s: int):
+        """Depth of sample s below where it is held."""
+        self.depth[s] = ti.max(self.thickness[None] + self.raised[s] - self.gap[s], 0.0)
+        if self.depth[s] == 0.0:
+            self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+
+    @ti.func
+    def _raise(self, s: int, moves: int):
+        """Hold sample s so far off that the flat triangles around it stay outside of where the skin bulges."""
+        t = self.thickness[None]
+        if self.gap[s] <= (1.0 + HIGHEST) * t:
+            point = self._at(self.x, s)
+            bulge = self.span[s] * self.body.curvature(point - self.gap[s] * self.normal[s], self.winner[s])
+            self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t)
+            self._press(s)
+            if self.depth[s] > 0.0:
+                if ti.static(self.rubs):
+                    self._drag(s, point, moves)
+                self._respond(s)
 
     @ti.func
     def _drag(self, s: int, point, moves: int):
@@ -212,33 +238,42 @@ class BodyContact:
         return free
 
     def bind(self, first: int, ahead: float):
-        """Set friction's stiffness and limit from the present normal forces, and which samples slip.
+        """Set friction's stiffness and limit from the present normal forces, and which samples slip; for the ``first``
+        time in a step also how far off the samples are held.
 
-        Those whose spring is beyond its limit do; for the ``first`` time in a step also those that slipped at the end
+        Those whose spring is beyond its limit slip; for the ``first`` time in a step also those that slipped at the end
         of the last one, and those that will, ``ahead`` seconds along the velocity.
         """
-        if self.rubs:
-            self._bind(first, ahead)
+        if self.count > 0 and (self.rubs or first):
+            self._bind(first, ahead, int(self.body.moves))
 
     @ti.kernel
     @shared_if_many
-    def _bind(self, first: int, ahead: float):
+    def _bind(self, first: int, ahead: float, moves: int):
         for s in range(self.count):
-            slipped = first == 1 and self.along[s] < 1.0
-            self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
-            if self.depth[s] > 0.0:
-                n, v = self.normal[s], self._at(self.v, s)
-                # without friction there is no spring, not even where nothing has slipped yet
-                self.stick[s] = self._steepness(s) * self.area[s] if self.friction[None] > 0.0 else 0.0
-                self.limit[s] = self.friction[None] * self._pressure(s) * self.area[s]
-                drag = self.drag[s] + ahead * (v - n * n.dot(v))
-                if slipped or dry.slips(self.stick[s], self.limit[s], drag):
-                    self.along[s] = dry.ALONG
-                self._respond(s)
+            if first == 1:
+                self._raise(s, moves)
+            if ti.static(self.rubs):
+                self._rub(s, first, ahead)
+
+    @ti.func
+    def _rub(self, s: int, first: int, ahead: float):
+        """Set sample s's friction."""
+        slipped = first == 1 and self.along[s] < 1.0
+        self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
+        if self.depth[s] > 0.0:
+            n, v = self.normal[s], self._at(self.v, s)
+            # without friction there is no spring, not even where nothing has slipped yet
+            self.stick[s] = self._steepness(s) * self.area[s] if self.friction[None] > 0.0 else 0.0
+            self.limit[s] = self.friction[None] * self._pressure(s) * self.area[s]
+            drag = self.drag[s] + ahead * (v - n * n.dot(v))
+            if slipped or dry.slips(self.stick[s], self.limit[s], drag):
+                self.along[s] = dry.ALONG
+            self._respond(s)
 
     def end_step(self):
         """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
-        if self.rubs:
+        if self.count > 0 and self.rubs:
             self._end_step()
 
     @ti.kernel
@@ -283,20 +318,27 @@ class BodyContact:
     def _sum_energy(self, sums: ti.types.ndarray()):
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.count)
-            total = ti.cast(0.0, ti.f64)
+            total, deepest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
             for s in range(low, high):
                 if self.depth[s] > 0.0:
+                    deepest = ti.max(deepest, ti.cast(self.depth[s], ti.f64))
                     total += self._stored(s) * self.area[s]
                     if ti.static(self.rubs):
                         total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
-            sums[chunk, 0] = total
+            sums[chunk, 0], sums[chunk, 1] = total, deepest
 
     def energy(self) -> float:
         """Energy [J] of contact and of the friction springs."""
         if self.count == 0:
             return 0.0
         self._sum_energy(self.sums)
-        return float(self.sums.sum())
+        self.deepest = float(self.sums[:, 1].max())
+        return float(self.sums[:, 0].sum())
+
+    def outside(self) -> bool:
+        """Whether the samples are so far off the skin that all of the cloth is outside it, where the energy was last
+        asked for."""
+        return self.deepest <= self.thickness[None]
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""

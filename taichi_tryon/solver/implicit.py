@@ -49,7 +49,7 @@ class ImplicitStep:
         self.elastic = Elastic(cloth, self.x)
         samples = Samples.none()
         if body.present:
-            samples = Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, self.nv)
+            samples = Samples.of(cloth.triangles, cloth.rest, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges)
         self.contact = BodyContact(samples, body, self.x, self.x_start, self.v, *contact)
         self.layers = None if layers is None else ClothContact(cloth, self.x, self.path, *layers, self.x_start, self.v)
         self.rubbing = self.layers.rubbing if self.layers else None

@@ -64,7 +64,7 @@ class Newton:
         if ahead > 0.0:
             self._coast(ahead)
         s.residual, progress = self.slope()[0], False
-        while s.newton_iterations < settings.max_newton_iterations:
+        while True:
             before = phi.value()
             exact = max(s.residual, settings.tolerance) < EXACT_BELOW
             self._assemble(exact)
@@ -75,10 +75,15 @@ class Newton:
             progress = True
             phi.bind()
             s.residual = self.slope()[0]
-            if s.residual <= settings.tolerance:
+            if s.residual <= settings.tolerance or s.newton_iterations >= self._most():
                 break
         s.found = bool(np.isfinite(s.residual) and (progress or s.residual <= settings.tolerance))
         return s
+
+    def _most(self) -> int:
+        """How many iterations a step may take with the cloth where it is."""
+        most = self.settings.max_newton_iterations
+        return most if self.potential.contact.outside() else max(most, self.settings.max_newton_inside)
 
     def _coast(self, ahead: float) -> None:
         """Begin at x_hat, where the cloth goes if nothing pulls at it, if Phi is less there: what swings along turns

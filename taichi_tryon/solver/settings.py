@@ -22,6 +22,7 @@ class StepSettings:
     preconditioner: str = "coarse"
     scheme: str = "backward_euler"
     tolerated: float = 0.01
+    max_newton_inside: int = 0
 
 
 @dataclass(frozen=True)

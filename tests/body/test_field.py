@@ -26,7 +26,7 @@ class Probe:
         self.slope, self.normal, self.shift = (ti.Vector.field(3, float, COUNT) for _ in range(3))
         self.curvature = ti.Matrix.field(3, 3, float, COUNT)
         self.winner = ti.field(ti.i32, COUNT)
-        self.only_density, self.clearance = (ti.field(float, COUNT) for _ in range(2))
+        self.only_density, self.clearance, self.bulge = (ti.field(float, COUNT) for _ in range(3))
 
     def ask(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Answers at x (k, 3), k up to COUNT, as arrays."""
@@ -35,7 +35,7 @@ class Probe:
         self.x.from_numpy(padded)
         self._ask()
         names = ("value", "distance", "culled", "slope", "normal", "shift", "curvature", "winner", "only_density",
-                 "clearance")  # fmt: skip
+                 "clearance", "bulge")  # fmt: skip
         return {name: getattr(self, name).to_numpy()[: len(x)] for name in names}
 
     @ti.kernel
@@ -46,6 +46,7 @@ class Probe:
             self.only_density[i] = self.field.density(x)
             self.clearance[i] = self.field.clearance(self.field.density(x))
             self.curvature[i] = self.field.hessian(x, self.winner[i])
+            self.bulge[i] = self.field.curvature(x, self.winner[i])
             self.shift[i] = self.field.motion(x, self.winner[i])
             distance, normal, _ = self.field.gap(x)
             self.distance[i], self.normal[i] = distance, normal
@@ -236,3 +237,17 @@ def test_turned_cylinder(one_ball):
     got = probe.ask(center + np.array([[4.0, 0.1 * np.sqrt(0.5) + 0.003, 0.0]]))
     np.testing.assert_allclose(got["distance"], 0.003, atol=1e-6)
     np.testing.assert_allclose(got["normal"], [[0, 1, 0]], atol=1e-9)
+
+
+def test_the_skin_bulges_as_its_hessian_says(posed, skin_points):
+    """The greatest curvature is the greater eigenvalue of the Hessian in the tangent plane over the slope."""
+    probe, balls = posed
+    x, _ = skin_points(balls, COUNT // 4, 0.002)
+    found, slope = probe.ask(x)["bulge"], reference.gradient(balls, x)
+    steepness = np.linalg.norm(slope, axis=1)
+    _, _, axes = np.linalg.svd(slope[:, None, :])
+    tangents = axes[:, 1:]
+    in_plane = np.einsum("kai,kij,kbj->kab", tangents, reference.hessian(balls, x), tangents)
+    exact = np.linalg.eigvalsh(-in_plane)[:, -1] / steepness
+    assert np.ptp(exact) > 10
+    np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-6)

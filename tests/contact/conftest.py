@@ -22,7 +22,7 @@ def cloth(make_sheet, moduli):
 
 @pytest.fixture(scope="session")
 def samples(cloth):
-    return Samples.of(cloth.triangles, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges, cloth.vertex_count)
+    return Samples.of(cloth.triangles, cloth.rest, cloth.areas, cloth.hinges[:, :2], cloth.triangle_edges)
 
 
 @ti.data_oriented

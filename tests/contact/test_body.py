@@ -39,6 +39,20 @@ def test_what_is_forced_on_is_given_way_to(felt, flat, law, pushes):
     assert felt.law.pressures() == pytest.approx(pushes(law.thickness, FIRM)[1].item(), rel=1e-5)
 
 
+def test_where_the_skin_bulges_samples_are_held_further_off(felt, flat, law, samples):
+    """On the top of the ball, of radius 0.1 m, against the floor."""
+    felt.start(flat(1.1 + 0.5 * law.thickness))
+    felt.law.bind(1, 0.0)
+    raised, gap = felt.law.raised.to_numpy(), felt.law.gap.to_numpy()
+    near = gap <= 2 * law.thickness
+    assert near.sum() > 5
+    assert raised[near] == pytest.approx(samples.spans[near] / 0.1, rel=1e-3)
+    assert felt.law.depth.to_numpy() == pytest.approx(np.maximum(law.thickness + raised - gap, 0), abs=1e-15)
+    felt.start(flat(law.thickness - DEPTH))
+    felt.law.bind(1, 0.0)
+    assert felt.law.raised.to_numpy() == pytest.approx(0, abs=1e-12)
+
+
 def test_off_the_body_nothing_is_felt(felt, flat, law):
     for height in (1.0001 * law.thickness, 0.01, 0.5):
         assert np.abs(felt.at(flat(height))).max() == 0

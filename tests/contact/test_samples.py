@@ -20,6 +20,26 @@ def test_each_vertex_carries_a_third_of_its_triangles(samples, cloth):
     assert shares == pytest.approx(cloth.vertex_areas, rel=1e-12)
 
 
+def test_held_off_by_span_times_curvature_a_triangle_clears_a_parabola(samples, cloth):
+    """The samples at z = y^2 c / 2 + span c, joined by flat pieces, are above z = y^2 c / 2."""
+    for triangle, rest in enumerate(cloth.rest):
+        edges = ((rest - np.roll(rest, 1, axis=0)) ** 2).sum(axis=1)
+        span = samples.spans[-len(cloth.rest) + triangle]
+        assert span == pytest.approx(edges.max() / 24)
+        centre = rest.mean(axis=0)
+        for corner in range(3):
+            for other in ((corner + 1) % 3, (corner + 2) % 3):
+                piece = np.array([rest[corner], (rest[corner] + rest[other]) / 2, centre])
+                weights = np.random.default_rng(0).dirichlet(np.ones(3), 200)
+                for turn in np.linspace(0, np.pi, 7):
+                    y = piece @ [np.cos(turn), np.sin(turn)]
+                    assert (weights @ (y * y) - (weights @ y) ** 2).max() / 2 <= span * (1 + 1e-9)
+    first = samples.vertices[: cloth.vertex_count, 0]
+    for vertex in first:
+        around = (cloth.triangles == vertex).any(axis=1)
+        assert samples.spans[vertex] == samples.spans[-len(cloth.rest) :][around].max()
+
+
 @pytest.mark.parametrize(
     ("function", "exact"),
     [

@@ -30,7 +30,7 @@ class Air:
     """A contact law that never touches anything."""
 
     def __init__(self):
-        self.samples = Samples(np.zeros((1, 3), int), np.array([[1.0, 0, 0]]), np.zeros(1))
+        self.samples = Samples(np.zeros((1, 3), int), np.array([[1.0, 0, 0]]), np.zeros(1), np.zeros(1))
 
     @ti.func
     def block(self, s: int, a: int, b: int):

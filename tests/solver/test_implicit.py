@@ -191,6 +191,20 @@ def test_no_vertex_goes_further_than_the_longest_move(stepper, level):
     assert result.moved == pytest.approx(1e-3, rel=1e-6)
 
 
+def test_a_step_goes_on_while_cloth_is_in_the_body(stepper, level, contact):
+    """On a ball that has come up into it by 3 mm, and 1 mm an iteration."""
+    few = replace(stepper.settings, tolerance=0.05, max_newton_iterations=1, longest_move=1e-3)
+    went = {}
+    for most in (0, 20):
+        stepper.settings = replace(few, max_newton_inside=most)
+        put(stepper, level(1.1 - 3e-3))
+        result = stepper.step(DT)
+        assert result.accepted
+        went[most] = (result.newton_iterations, stepper.contact.deepest)
+    assert went[0][0] == 1 < went[20][0] < 20
+    assert went[20][1] <= contact.thickness < went[0][1]
+
+
 def test_two_runs_give_the_same_bits(stepper, level):
     """Falling on the ball at the speeds and tolerances of a real run."""
     stepper.settings = replace(stepper.settings, tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2)
