@@ -31,7 +31,7 @@ def test_limits_are_met(case, cache, tmp_path):
         env={**os.environ, "XDG_CACHE_HOME": str(cache)},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
     )
     assert done.returncode == 0, done.stderr
     judged = [record for record in json.loads((tmp_path / "accuracy.json").read_text())["records"] if record["limit"]]

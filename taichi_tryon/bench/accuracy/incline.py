@@ -21,7 +21,7 @@ CREEP_LIMIT_MM, ACCELERATION_LIMIT = 0.1, 1.0
 
 def records(quick: bool) -> Iterator[Record]:
     """Creep below the angle of friction, acceleration above it."""
-    seconds = 2 if quick else 10
+    seconds = 1 if quick else 10
     angle = np.arctan(STICKS * FRICTION)
     done = simulate("incline", gravity(angle), f"drape.duration_s={seconds}")
     creep = np.linalg.norm((done.positions - done.setup.positions)[:, [0, 2]], axis=1).max()
@@ -31,7 +31,7 @@ def records(quick: bool) -> Iterator[Record]:
     angle = np.arctan(SLIDES * FRICTION)
     course = []
     done = simulate(
-        "incline", gravity(angle), f"drape.duration_s={0.5 if quick else 1}", watch=lambda s: course.append(_speed(s))
+        "incline", gravity(angle), f"drape.duration_s={0.3 if quick else 1}", watch=lambda s: course.append(_speed(s))
     )
     (t0, v0), (t1, v1) = course[len(course) // 2], course[-1]
     exact = GRAVITY * (np.sin(angle) - FRICTION * np.cos(angle))
