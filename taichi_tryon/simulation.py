@@ -72,7 +72,8 @@ class Simulation:
             preconditioner=solver.preconditioner,
             scheme=solver.scheme,
         )
-        self._moving = replace(few, max_newton_inside=GET_OUT * few.max_newton_iterations)
+        inside = solver.max_newton_inside or GET_OUT * solver.max_newton_iterations
+        self._moving = replace(few, max_newton_inside=inside)
         self._dressing = replace(few, linear_tolerance=max(DRESSING_TOLERANCE, few.linear_tolerance))
         self._settling = replace(
             few,

@@ -148,6 +148,13 @@ class SolverSpec(Spec):
     max_newton_iterations: int = Field(
         2, ge=1, le=200, description="Newton iterations a step, twice as many while settling; 1: linearly implicit"
     )
+    max_newton_inside: int | None = Field(
+        None,
+        ge=1,
+        le=800,
+        description="Newton iterations a step at most where it would else end with cloth in the body, in drape and "
+        "motion; null: four times max_newton_iterations",
+    )
     newton_tolerance: float = Field(
         0.05, gt=0, lt=1, description="a step is solved when its out-of-balance force is this part of the weight"
     )

@@ -12,6 +12,7 @@ class StepSettings:
     tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
     residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
     jumps through a limb. tolerated: part of the stored energy by which the potential may rise where it jumps.
+    max_newton_inside: iterations at most while cloth is in the body, if they are more.
     """
 
     tolerance: float
