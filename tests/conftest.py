@@ -26,8 +26,6 @@ from taichi_tryon.mesh.triangulate import triangulate
 def _taichi(tmp_path_factory):
     # where pytest's own processes share the cores, threads of one would only be in the way of the other's
     threads = max(1, 2 // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
-    # a pass of the compiler that takes a fifth of its time and changes no bit of the results
-    os.environ.setdefault("TI_CFG_OPTIMIZATION", "0")
     runtime.start(arch="cpu", precision="f64", threads=threads, cache=tmp_path_factory.mktemp("kernels"))
 
 
