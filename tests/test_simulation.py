@@ -219,7 +219,8 @@ def test_a_loose_tube_stays_up_by_its_elastics_alone():
 
 
 def test_rounding_is_what_the_last_digits_make_and_changes_nothing(simulation, course):
-    """As much as a change of positions a million times as great makes, over a million."""
+    """At least as much as a change of positions a million times as great makes, over a million; where cloth lies on a
+    body, rounding of its distance adds to that."""
     state = course[-1][-1]
     simulation.restore(state)
     found, after = simulation.rounding(), simulation.state()
@@ -230,4 +231,4 @@ def test_rounding_is_what_the_last_digits_make_and_changes_nothing(simulation, c
     step.restore({**state, "positions": state["positions"] + moves})
     force = np.linalg.norm(step.net_forces() - still) / step.potential.weight
     simulation.restore(state)
-    assert 1e6 * found == pytest.approx(force, rel=0.5)
+    assert 0.5e-6 * force < found < 1e-6
