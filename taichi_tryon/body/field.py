@@ -169,10 +169,10 @@ class BodyField:
         return value, gradient, winner
 
     @ti.func
-    def hessian(self, x, winner):
-        """Hessian [1/m^2] of a group's sum."""
+    def derivatives(self, x, winner):
+        """Gradient [1/m] and Hessian [1/m^2] of a group's sum."""
         cell = self.cells.at(x)
-        result = ti.Matrix.zero(float, 3, 3)
+        inwards, bend = ti.Vector.zero(float, 3), ti.Matrix.zero(float, 3, 3)
         for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
             k = self.cells.ball[e]
             if self.member[k] >> winner & 1:
@@ -180,8 +180,10 @@ class BodyField:
                 inward = self.quadratic[k] @ r
                 rest = 1 - r.dot(inward)
                 if rest > 0:
-                    result += self.weight[k] * rest * (24 * inward.outer_product(inward) - 6 * rest * self.quadratic[k])
-        return result
+                    slope = self.weight[k] * rest
+                    inwards += slope * rest * inward
+                    bend += slope * (rest * self.quadratic[k] - 4 * inward.outer_product(inward))
+        return -6 * inwards, -6 * bend
 
     @ti.func
     def _depth(self, x):
@@ -243,23 +245,12 @@ class BodyField:
     @ti.func
     def curvature(self, x, winner):
         """Greatest principal curvature [1/m] of a group's level surface at x, positive where it bulges."""
-        cell = self.cells.at(x)
-        inwards, bend = ti.Vector.zero(float, 3), ti.Matrix.zero(float, 3, 3)
-        for e in range(self.cells.first[cell], self.cells.first[cell + 1]):
-            k = self.cells.ball[e]
-            if self.member[k] >> winner & 1:
-                r = x - self.center[k]
-                inward = self.quadratic[k] @ r
-                rest = 1 - r.dot(inward)
-                if rest > 0:
-                    slope = self.weight[k] * rest
-                    inwards += slope * rest * inward
-                    bend += slope * (rest * self.quadratic[k] - 4 * inward.outer_product(inward))
-        result, steepness = ti.cast(0.0, float), inwards.norm()
+        gradient, hessian = self.derivatives(x, winner)
+        result, steepness = ti.cast(0.0, float), gradient.norm()
         if steepness > 1e-12:
-            n = inwards / steepness
+            n = gradient / steepness
             across = ti.Matrix.identity(float, 3) - n.outer_product(n)
-            shape = across @ bend @ across / steepness
+            shape = across @ hessian @ across / -steepness
             # of its eigenvalues 0, a, b: a + b and (a - b)^2
             mean, apart = shape.trace(), 2 * (shape * shape).sum() - shape.trace() ** 2
             result = 0.5 * (mean + ti.sqrt(ti.max(apart, 0.0)))

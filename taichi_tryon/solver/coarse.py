@@ -17,9 +17,9 @@ from taichi_tryon.kernel_loops import shared_if_many
 from taichi_tryon.solver.matrix import ORDER
 
 MODES = 6
-# vertices of a patch at least, and the number of patches over the cube root of that of the vertices at most: inverting
-# E, which is dense, then costs a constant part of what the other vectors' work does
-VERTICES_PER_PATCH, MOST_PATCHES = 50, 4.6
+# vertices of a patch at least, and the number of patches over a power of that of the vertices: the more, the fewer
+# iterations, but inverting E, which is dense, must stay a part of what they cost
+VERTICES_PER_PATCH, PATCHES, POWER = 50, 2.5, 0.4
 # rows of the inverse that are worked on together
 ROWS = 16
 # share of the diagonal added to E, and where that is not enough
@@ -28,7 +28,7 @@ SHIFT, GREATER_SHIFT = 3e-6, 1e-3
 
 def patch_count(vertices: int) -> int:
     """How many patches so many vertices are best divided into."""
-    return int(np.clip(MOST_PATCHES * np.cbrt(vertices), 1, max(1, vertices // VERTICES_PER_PATCH)))
+    return int(np.clip(PATCHES * vertices**POWER, 1, max(1, vertices // VERTICES_PER_PATCH)))
 
 
 @ti.data_oriented

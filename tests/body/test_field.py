@@ -23,8 +23,8 @@ class Probe:
         self.field = field
         self.x = ti.Vector.field(3, float, COUNT)
         self.value, self.distance, self.culled = (ti.field(float, COUNT) for _ in range(3))
-        self.slope, self.normal, self.shift = (ti.Vector.field(3, float, COUNT) for _ in range(3))
-        self.curvature = ti.Matrix.field(3, 3, float, COUNT)
+        self.slope, self.gradient, self.normal, self.shift = (ti.Vector.field(3, float, COUNT) for _ in range(4))
+        self.hessian = ti.Matrix.field(3, 3, float, COUNT)
         self.winner = ti.field(ti.i32, COUNT)
         self.only_density, self.clearance, self.bulge = (ti.field(float, COUNT) for _ in range(3))
 
@@ -34,8 +34,8 @@ class Probe:
         padded[: len(x)] = x
         self.x.from_numpy(padded)
         self._ask()
-        names = ("value", "distance", "culled", "slope", "normal", "shift", "curvature", "winner", "only_density",
-                 "clearance", "bulge")  # fmt: skip
+        names = ("value", "distance", "culled", "slope", "gradient", "normal", "shift", "hessian", "winner",
+                 "only_density", "clearance", "bulge")  # fmt: skip
         return {name: getattr(self, name).to_numpy()[: len(x)] for name in names}
 
     @ti.kernel
@@ -45,7 +45,7 @@ class Probe:
             self.value[i], self.slope[i], self.winner[i] = self.field.query(x)
             self.only_density[i] = self.field.density(x)
             self.clearance[i] = self.field.clearance(self.field.density(x))
-            self.curvature[i] = self.field.hessian(x, self.winner[i])
+            self.gradient[i], self.hessian[i] = self.field.derivatives(x, self.winner[i])
             self.bulge[i] = self.field.curvature(x, self.winner[i])
             self.shift[i] = self.field.motion(x, self.winner[i])
             distance, normal, _ = self.field.gap(x)
@@ -85,7 +85,8 @@ def test_field_is_the_reference(posed, skin_points):
     reached = got["value"] > 0
     np.testing.assert_array_equal(got["winner"][reached], reference.winner(balls, x)[reached])
     np.testing.assert_allclose(got["slope"], reference.gradient(balls, x), atol=1e-8)
-    np.testing.assert_allclose(got["curvature"][reached], reference.hessian(balls, x)[reached], atol=1e-6)
+    np.testing.assert_allclose(got["gradient"][reached], got["slope"][reached], atol=1e-8)
+    np.testing.assert_allclose(got["hessian"][reached], reference.hessian(balls, x)[reached], atol=1e-6)
 
 
 def test_derivatives_by_differences(posed, skin_points):
@@ -96,10 +97,10 @@ def test_derivatives_by_differences(posed, skin_points):
     ends = [(probe.ask(x + STEP * axis), probe.ask(x - STEP * axis)) for axis in np.eye(3)]
     same = np.all([end["winner"] == here["winner"] for pair in ends for end in pair], axis=0)
     slope = np.stack([(a["value"] - b["value"]) / (2 * STEP) for a, b in ends], axis=-1)
-    curvature = np.stack([(a["slope"] - b["slope"]) / (2 * STEP) for a, b in ends], axis=-1)
+    hessian = np.stack([(a["slope"] - b["slope"]) / (2 * STEP) for a, b in ends], axis=-1)
     assert same.mean() > 0.99
     np.testing.assert_allclose(here["slope"][same], slope[same], atol=2e-4)
-    np.testing.assert_allclose(here["curvature"][same], curvature[same], rtol=1e-3, atol=1.0)
+    np.testing.assert_allclose(here["hessian"][same], hessian[same], rtol=1e-3, atol=1.0)
 
 
 def test_gap_near_the_skin(posed, skin_points):
