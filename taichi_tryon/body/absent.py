@@ -25,8 +25,12 @@ class AbsentField:
         return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0
 
     @ti.func
-    def gap_within(self, x, band):
+    def gap_within(self, x, band, only):
         return ti.cast(FAR, float), ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
+
+    @ti.func
+    def beside(self, x, group):
+        return group, ti.cast(0.0, float)
 
     @ti.func
     def clearance(self, density) -> float:

@@ -142,6 +142,11 @@ class BodyField:
     @ti.func
     def query(self, x):
         """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
+        return self._query(x, -1)
+
+    @ti.func
+    def _query(self, x, only):
+        """The same; where ``only`` is a group, not -1, of that one."""
         cell = self.cells.at(x)
         sums = ti.Vector.zero(float, self.groups)
         inwards = ti.Matrix.zero(float, self.groups, 3)
@@ -162,7 +167,7 @@ class BodyField:
         value = sums[0]
         gradient = -6 * inwards[0, :]
         for g in ti.static(range(1, self.groups)):
-            if sums[g] > value:
+            if g == only or (only < 0 and sums[g] > value):
                 value = sums[g]
                 gradient = -6 * inwards[g, :]
                 winner = g
@@ -186,13 +191,22 @@ class BodyField:
         return -6 * inwards, -6 * bend
 
     @ti.func
-    def _depth(self, x):
+    def beside(self, x, group):
+        """The group other than this one whose sum is greatest, and its sum; 0 where there is none."""
+        sums, other, value = self._sums(x, self.cells.at(x)), group, ti.cast(0.0, float)
+        for g in ti.static(range(self.groups)):
+            if g != group and sums[g] > value:
+                other, value = g, sums[g]
+        return other, value
+
+    @ti.func
+    def _depth(self, x, only):
         """First-order depth [m] below the skin, outward unit normal, winner, steepness (0 where no ball reaches), W.
 
         Taken from W^(1/3), which is quadratic along the radius of a ball where W has a flat tail: outside it does not
         overrate the distance, and Newton steps do not overshoot.
         """
-        value, slope, winner = self.query(x)
+        value, slope, winner = self._query(x, only)
         steepness = slope.norm()
         depth = -ti.cast(self.far, float)
         normal = ti.Vector.zero(float, 3)
@@ -208,12 +222,13 @@ class BodyField:
 
         As ``gap_within`` for NEWTON_BAND.
         """
-        gap, normal, winner, _ = self.gap_within(x, NEWTON_BAND)
+        gap, normal, winner, _ = self.gap_within(x, NEWTON_BAND, -1)
         return gap, normal, winner
 
     @ti.func
-    def gap_within(self, x, band):
-        """The same, exact only inside and up to ``band`` [m] outside, and W at x; cheaper the narrower the band.
+    def gap_within(self, x, band, only):
+        """The same, exact only inside and up to ``band`` [m] outside, and W at x; cheaper the narrower the band. Where
+        ``only`` is a group, not -1: as if there were no other.
 
         Newton steps onto W = 1 along the gradient, each with the shift along the tangent plane that brings the foot of
         the perpendicular under x. Further out: to first order. Where no ball reaches: ``far`` and a zero normal.
@@ -221,7 +236,7 @@ class BodyField:
         y, normal, winner, depth = x, ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
         gap, density, deep, turn, turns = ti.cast(0.0, float), ti.cast(0.0, float), False, 0, 0
         while True:  # with one place that looks at the body, since a compiler takes each by itself
-            depth, normal, winner, steepness, value = self._depth(y)
+            depth, normal, winner, steepness, value = self._depth(y, only)
             if turn == 0:
                 gap, density, deep = -depth, value, depth > LONGEST_STEP
                 if gap < band:

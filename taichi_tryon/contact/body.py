@@ -4,10 +4,14 @@ Normal: the samples are held off the skin by the contact thickness t, by a one-s
 offset whose pressure grows without bound towards the skin; see ``offset``. The paper's force -k grad W (eq. 3) jumps at
 the skin and is four times stiffer in one place than in another.
 
+Where limbs meet, cloth is held off both: each sample off the group it is nearest to, and off the next one, too. Else
+each would push it into the other by turns, and nothing out of the crease.
+
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
-limit are those of the last iterate's normal force, which makes friction the gradient of a convex potential, quadratic
-where it sticks and linear where it slips (see ``friction``); at convergence Coulomb's law holds exactly.
+limit are those of the last iterate's normal force on the nearest group, which makes friction the gradient of a convex
+potential, quadratic where it sticks and linear where it slips (see ``friction``); at convergence Coulomb's law holds
+exactly.
 """
 
 import numpy as np
@@ -56,6 +60,9 @@ class BodyContact:
         # from the skin, and how much further off than the thickness it is held
         self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
+        # of the group that comes next: never deeper than in the nearest
+        self.depth_beside = ti.field(float, shape=room)
+        self.normal_beside = ti.Vector.field(3, float, shape=room)
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
         self.seen = ti.Vector.field(3, float, shape=room)
         self.until = ti.field(float, shape=room)
@@ -77,19 +84,19 @@ class BodyContact:
         return field[i[0]] * w[0] + field[i[1]] * w[1] + field[i[2]] * w[2]
 
     @ti.func
-    def _pressure(self, s: int) -> float:
-        """Normal pressure on sample s [Pa]."""
-        return offset.pressure(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
+    def _pressure(self, depth: float) -> float:
+        """Normal pressure [Pa] at a depth."""
+        return offset.pressure(self.stiffness[None], self.thickness[None], depth, self.last[None])
 
     @ti.func
-    def _steepness(self, s: int) -> float:
+    def _steepness(self, depth: float) -> float:
         """Derivative of the pressure with respect to the depth [N/m^3]."""
-        return offset.steepness(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
+        return offset.steepness(self.stiffness[None], self.thickness[None], depth, self.last[None])
 
     @ti.func
-    def _stored(self, s: int) -> float:
+    def _stored(self, depth: float) -> float:
         """Integral of the pressure over the depth [J/m^2]."""
-        return offset.stored(self.stiffness[None], self.thickness[None], self.depth[s], self.last[None])
+        return offset.stored(self.stiffness[None], self.thickness[None], depth, self.last[None])
 
     def firm(self, yet: bool = True):
         """Let the pressure grow so much that the skin is not reached; not ``yet``: give way to what is forced."""
@@ -109,7 +116,9 @@ class BodyContact:
     @ti.func
     def _respond(self, s: int):
         """Force on sample s [N], from depth, normal and drag."""
-        load = self._pressure(s) * self.area[s] * self.normal[s]
+        load = self._pressure(self.depth[s]) * self.area[s] * self.normal[s]
+        if self.depth_beside[s] > 0.0:
+            load += self._pressure(self.depth_beside[s]) * self.area[s] * self.normal_beside[s]
         if ti.static(self.rubs):
             load -= self._bond(s) * self.drag[s]
         self.load[s] = load
@@ -119,7 +128,10 @@ class BodyContact:
         """Hessian of sample s [N/m], which few enough feel to make it where it is asked for."""
         n = self.normal[s]
         normal_part = n.outer_product(n)
-        hold = self._steepness(s) * self.area[s] * normal_part
+        hold = self._steepness(self.depth[s]) * self.area[s] * normal_part
+        if self.depth_beside[s] > 0.0:
+            beside = self.normal_beside[s]
+            hold += self._steepness(self.depth_beside[s]) * self.area[s] * beside.outer_product(beside)
         if ti.static(self.rubs):
             hold += dry.tangent(self._bond(s), self.along[s], self.drag[s], normal_part)
         return hold
@@ -147,7 +159,7 @@ class BodyContact:
     @shared_if_many
     def _carry(self, part: float):
         for i in range(self.nv):
-            gap, _, winner, _ = self.body.gap_within(self.x[i], 0.0)
+            gap, _, winner, _ = self.body.gap_within(self.x[i], 0.0, -1)
             share = part * ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
             if share > 0.0:
                 self.x[i] += share * self.body.motion(self.x[i], winner)
@@ -188,7 +200,7 @@ class BodyContact:
     def _look(self, s: int, point, travelled: float, awake):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
         t = self.thickness[None]
-        gap, normal, winner, density = self.body.gap_within(point, (1.0 + HIGHEST) * t + BAND)
+        gap, normal, winner, density = self._nearest(s, point)
         self.gap[s], self.normal[s], self.winner[s] = gap, normal, winner
         self.looked[s] += 1
         if awake:
@@ -198,6 +210,29 @@ class BodyContact:
             if awake:
                 self.until[s] = travelled + self.body.clearance(density) - (1.0 + HIGHEST) * t
         self._press(s)
+
+    @ti.func
+    def _nearest(self, s: int, point):
+        """Gap, normal and group of the skin nearest to sample s, and W there. Where two groups are near, each counts as
+        if it were alone, and the farther presses on the sample, too."""
+        t, only, other = self.thickness[None], -1, -1
+        gap, normal, winner, density = ti.cast(0.0, float), ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
+        self.depth_beside[s] = 0.0
+        for turn in range(3):  # with one place that looks at the body, since a compiler takes each by itself
+            found, outward, group, value = self.body.gap_within(point, (1.0 + HIGHEST) * t + BAND, only)
+            if turn == 0:
+                gap, normal, winner, density = found, outward, group, value
+                other, value = self.body.beside(point, group)
+                if value == 0.0 or self.body.clearance(value) >= t:
+                    break
+                only = group
+            elif turn == 1:
+                gap, normal, only = found, outward, other
+            else:
+                if found < gap:
+                    gap, found, normal, outward, winner = found, gap, outward, normal, other
+                self.depth_beside[s], self.normal_beside[s] = ti.max(t - found, 0.0), outward
+        return gap, normal, winner, density
 
     @ti.func
     def _press(self, s: int):
@@ -264,8 +299,8 @@ class BodyContact:
         if self.depth[s] > 0.0:
             n, v = self.normal[s], self._at(self.v, s)
             # without friction there is no spring, not even where nothing has slipped yet
-            self.stick[s] = self._steepness(s) * self.area[s] if self.friction[None] > 0.0 else 0.0
-            self.limit[s] = self.friction[None] * self._pressure(s) * self.area[s]
+            self.stick[s] = self._steepness(self.depth[s]) * self.area[s] if self.friction[None] > 0.0 else 0.0
+            self.limit[s] = self.friction[None] * self._pressure(self.depth[s]) * self.area[s]
             drag = self.drag[s] + ahead * (v - n * n.dot(v))
             if slipped or dry.slips(self.stick[s], self.limit[s], drag):
                 self.along[s] = dry.ALONG
@@ -281,7 +316,9 @@ class BodyContact:
         for s in range(self.count):
             slip = ti.Vector([0.0, 0.0, 0.0])
             if self.depth[s] > 0.0:
-                slip = dry.kept(self.drag[s], self.friction[None] * self._pressure(s) / self._steepness(s))
+                slip = dry.kept(
+                    self.drag[s], self.friction[None] * self._pressure(self.depth[s]) / self._steepness(self.depth[s])
+                )
             self.slip[s] = slip
 
     @ti.func
@@ -322,7 +359,9 @@ class BodyContact:
             for s in range(low, high):
                 if self.depth[s] > 0.0:
                     deepest = ti.max(deepest, ti.cast(self.depth[s], ti.f64))
-                    total += self._stored(s) * self.area[s]
+                    total += self._stored(self.depth[s]) * self.area[s]
+                    if self.depth_beside[s] > 0.0:
+                        total += self._stored(self.depth_beside[s]) * self.area[s]
                     if ti.static(self.rubs):
                         total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
             sums[chunk, 0], sums[chunk, 1] = total, deepest
@@ -350,4 +389,4 @@ class BodyContact:
     @ti.kernel
     def _tell_pressures(self, result: ti.types.ndarray()):
         for s in range(self.count):
-            result[s] = self._pressure(s)
+            result[s] = self._pressure(self.depth[s])

@@ -32,7 +32,7 @@ class Probe:
                 for j in range(n + 1 - i):
                     point = a + (b - a) * (i / n) + (c - a) * (j / n)
                     samples += 1
-                    gap, _, _, density = self.body.gap_within(point, 0.0)
+                    gap, _, _, density = self.body.gap_within(point, 0.0, -1)
                     if density > 1.0:
                         depth = ti.max(depth, -gap)
                         inside += 1

@@ -50,7 +50,7 @@ class Probe:
             self.shift[i] = self.field.motion(x, self.winner[i])
             distance, normal, _ = self.field.gap(x)
             self.distance[i], self.normal[i] = distance, normal
-            self.culled[i], _, _, _ = self.field.gap_within(x, 0.002)
+            self.culled[i], _, _, _ = self.field.gap_within(x, 0.002, -1)
 
 
 @pytest.fixture(scope="module")
