@@ -23,31 +23,31 @@ class Leaving:
         self.contact = contact
         # depth [m] at which cloth is stuck, and for how many steps that is believed
         self.stuck, self.wait = 0.0, 0
-        self._first: float | None = None
+        # how deep cloth was where the stage went on, and the least it has been
+        self._first, self._least = None, np.inf
 
     def begin(self) -> None:
         """A stage of a step begins."""
         self.wait = max(self.wait - 1, 0)
         if self.wait == 0:
             self.stuck = 0.0
-        self._first = None
+        self._first, self._least = None, np.inf
 
     def goes_on(self, iterations: int, settings: StepSettings) -> bool:
         """Whether a stage that has taken so many iterations takes one more."""
         if iterations < settings.max_newton_iterations:
             return True
         inside = self.contact.inside()
-        if iterations >= settings.max_newton_inside or inside <= DEEPER * self.stuck:
-            return False
-        if self._first is None:
+        goes = iterations < settings.max_newton_inside and inside > DEEPER * self.stuck
+        if goes and self._first is None:
             self._first = inside
-        return True
+        self._least = min(self._least, inside)
+        return goes
 
     def end(self) -> None:
         """The stage is over."""
-        inside = self.contact.inside()
-        if self._first is not None and inside > STUCK * self._first:
-            self.stuck, self.wait = inside, WAIT + 1
+        if self._first is not None and self._least > STUCK * self._first:
+            self.stuck, self.wait = self._least, WAIT + 1
 
     def state(self) -> dict[str, np.ndarray]:
         """What the next step depends on."""

@@ -58,6 +58,12 @@ def test_what_is_much_deeper_is_not_what_is_stuck(course):
     assert course([1e-5]) == 2
 
 
+def test_what_jumps_back_in_is_not_stuck_there(course):
+    """Only what never was less deep is: not that at which the stage ended."""
+    assert course([1e-5, 1e-5, 1e-5, 5e-4]) == 8
+    assert course([1e-4]) == 8
+
+
 def test_restored_it_goes_on_alike(course):
     course([1e-5])
     state = course.leaving.state()
