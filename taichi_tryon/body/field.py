@@ -140,13 +140,8 @@ class BodyField:
         return ti.max(0.0, 1.0 - ti.max(density, 0.0) ** (1.0 / 3.0)) / self.steepest
 
     @ti.func
-    def query(self, x):
-        """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
-        return self._query(x, -1)
-
-    @ti.func
-    def _query(self, x, only):
-        """The same; where ``only`` is a group, not -1, of that one."""
+    def _slopes(self, x):
+        """The groups' sums of densities, and -1/6 of their gradients [1/m], (groups, 3)."""
         cell = self.cells.at(x)
         sums = ti.Vector.zero(float, self.groups)
         inwards = ti.Matrix.zero(float, self.groups, 3)
@@ -163,11 +158,17 @@ class BodyField:
                         sums[g] += slope * rest
                         for i in ti.static(range(3)):
                             inwards[g, i] += slope * inward[i]
+        return sums, inwards
+
+    @ti.func
+    def query(self, x):
+        """W, gradient [1/m] of the winning group's sum (it points inward), and the winner."""
+        sums, inwards = self._slopes(x)
         winner = 0
         value = sums[0]
         gradient = -6 * inwards[0, :]
         for g in ti.static(range(1, self.groups)):
-            if g == only or (only < 0 and sums[g] > value):
+            if sums[g] > value:
                 value = sums[g]
                 gradient = -6 * inwards[g, :]
                 winner = g
@@ -201,20 +202,27 @@ class BodyField:
 
     @ti.func
     def _depth(self, x, only):
-        """First-order depth [m] below the skin, outward unit normal, winner, steepness (0 where no ball reaches), W.
+        """First-order depth [m] below the skin, outward unit normal, the group whose skin that is, steepness of its sum
+        (0 where no ball reaches), W.
 
-        Taken from W^(1/3), which is quadratic along the radius of a ball where W has a flat tail: outside it does not
-        overrate the distance, and Newton steps do not overshoot.
+        Inside, that group is the winner; outside, the one nearest: not always the winner, since a thin limb's sum falls
+        off faster than the trunk's. Taken from W^(1/3), which is quadratic along the radius of a ball where W has a
+        flat tail: outside it does not overrate the distance, and Newton steps do not overshoot. Where ``only`` is a
+        group, not -1: as if there were no other.
         """
-        value, slope, winner = self._query(x, only)
-        steepness = slope.norm()
-        depth = -ti.cast(self.far, float)
-        normal = ti.Vector.zero(float, 3)
-        if steepness > 1e-9:
-            root = value ** (1.0 / 3.0)
-            depth = ti.max(3 * root * root * (root - 1) / steepness, depth)
-            normal = -slope / steepness
-        return depth, normal, winner, steepness, value
+        sums, inwards = self._slopes(x)
+        depth, normal = -ti.cast(self.far, float), ti.Vector.zero(float, 3)
+        group, steepness, value = 0, ti.cast(0.0, float), sums.max()
+        if only >= 0:
+            value = sums[only]
+        for g in ti.static(range(self.groups)):
+            steep = 6 * inwards[g, :].norm()
+            if steep > 1e-9 and (g == only or (only < 0 and (value <= 1 or sums[g] == value))):
+                root = sums[g] ** (1.0 / 3.0)
+                below = 3 * root * root * (root - 1) / steep
+                if below > depth or steepness == 0:
+                    depth, normal, group, steepness = ti.max(below, depth), 6 * inwards[g, :] / steep, g, steep
+        return depth, normal, group, steepness, value
 
     @ti.func
     def gap(self, x):

@@ -374,10 +374,10 @@ class BodyContact:
         self.deepest = float(self.sums[:, 1].max())
         return float(self.sums[:, 0].sum())
 
-    def outside(self) -> bool:
-        """Whether the samples are so far off the skin that all of the cloth is outside it, where the energy was last
-        asked for."""
-        return self.deepest <= self.thickness[None]
+    def inside(self) -> float:
+        """How much deeper [m] a sample is than where all of the cloth is outside the skin, at most; 0 where none is. As
+        the energy was last asked for."""
+        return max(self.deepest - self.thickness[None], 0.0)
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""

@@ -80,7 +80,7 @@ class ImplicitStep:
         self._begin()
         self.elastic.begin_step()
         newton = linear = 0
-        since, found, residual, reason, wait = 0.0, True, 0.0, "", self.newton.wait
+        since, found, residual, reason, before = 0.0, True, 0.0, "", self.newton.state()
         for stage in scheme.stages:
             h = stage.h * dt
             self._begin_stage(stage.ahead * dt, stage.beyond, h, inertia)
@@ -114,7 +114,7 @@ class ImplicitStep:
             self.elastic.end_step()
         else:
             self._restore()
-            self.newton.wait = wait
+            self.newton.restore(before)
         change = scheme.change(error, error_limit) if found else schemes.FAILED
         return StepResult(accepted, newton, linear, residual, moved, error, change, reason)
 
@@ -220,7 +220,7 @@ class ImplicitStep:
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
             "touched": self.flight.touched,
-            "coasting_waits": np.array(self.newton.wait),
+            **self.newton.state(),
             **self.elastic.state(),
             **(self.rubbing.state() if self.rubbing else {}),
         }
@@ -231,7 +231,7 @@ class ImplicitStep:
         fields.upload(self.v, state["velocities"])
         fields.upload(self.a, state["accelerations"])
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
-        self.newton.wait = int(state["coasting_waits"])
+        self.newton.restore(state)
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
         self.elastic.restore(state)

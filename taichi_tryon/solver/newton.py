@@ -11,6 +11,7 @@ import numpy as np
 from taichi_tryon.solver import guards
 from taichi_tryon.solver.coarse import CoarseSpace, patch_count
 from taichi_tryon.solver.conjugate_gradients import ConjugateGradients
+from taichi_tryon.solver.leaving import Leaving
 from taichi_tryon.solver.local import LocalBlocks
 from taichi_tryon.solver.partition import blocks, patches
 from taichi_tryon.solver.potential import Potential
@@ -52,6 +53,7 @@ class Newton:
         self.settings: StepSettings | None = None
         # steps until it is tried again whether the cloth coasts
         self.wait = 0
+        self.leaving = Leaving(potential.contact)
         self.solution = Solution()
         self._exact = False
 
@@ -61,6 +63,7 @@ class Newton:
         phi, self.settings = self.potential, settings
         s = self.solution = Solution()
         phi.begin(inverse_dt, ahead)
+        self.leaving.begin()
         if ahead > 0.0:
             self._coast(ahead)
         s.residual, progress = self.slope()[0], False
@@ -75,15 +78,20 @@ class Newton:
             progress = True
             phi.bind()
             s.residual = self.slope()[0]
-            if s.residual <= settings.tolerance or s.newton_iterations >= self._most():
+            if s.residual <= settings.tolerance or not self.leaving.goes_on(s.newton_iterations, settings):
                 break
+        self.leaving.end()
         s.found = bool(np.isfinite(s.residual) and (progress or s.residual <= settings.tolerance))
         return s
 
-    def _most(self) -> int:
-        """How many iterations a step may take with the cloth where it is."""
-        most = self.settings.max_newton_iterations
-        return most if self.potential.contact.outside() else max(most, self.settings.max_newton_inside)
+    def state(self) -> dict[str, np.ndarray]:
+        """What the next step depends on."""
+        return {"coasting_waits": np.array(self.wait), **self.leaving.state()}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``."""
+        self.wait = int(state["coasting_waits"])
+        self.leaving.restore(state)
 
     def _coast(self, ahead: float) -> None:
         """Begin at x_hat, where the cloth goes if nothing pulls at it, if Phi is less there: what swings along turns

@@ -116,6 +116,22 @@ def test_gap_near_the_skin(posed, skin_points):
     np.testing.assert_allclose(got["culled"][touching], got["distance"][touching], atol=1e-12)
 
 
+def test_gap_is_that_from_the_nearest_limb(probe, woman, turned, skin_points):
+    """Not from the one with the greatest density: a hand's falls off faster than that of the thigh it lies on."""
+    hand_on_thigh = {"upperarm_r": [27, -25, 28], "lowerarm_r": [0, 95, 0], "thigh_r": [-68, 12, -35]}
+    transforms = woman.skeleton.transforms(turned(**hand_on_thigh, calf_r=[44, 0, 0], spine_01=[15, 6, 0]))
+    probe.field.set_pose(transforms)
+    balls = woman.posed(transforms)
+    x, _ = skin_points(balls, COUNT, 0.002)
+    x = x[reference.density(balls, x) < 1]
+    from_each = np.array([reference.gap(balls, x, (group,)) for group in range(balls.membership.shape[1])])
+    nearest = from_each.min(axis=0)
+    of_winner = from_each[reference.winner(balls, x), np.arange(len(x))]
+    assert (of_winner - nearest).max() > 0.002
+    got = probe.ask(x)
+    assert np.abs(got["distance"] - nearest).max() < 5e-4 and got["culled"].max() < 0.0025
+
+
 def test_no_skin_is_nearer_than_the_clearance(posed, skin_points):
     """Which a gap may overrate, where a group wins whose skin is not the nearest."""
     probe, balls = posed

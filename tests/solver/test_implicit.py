@@ -19,7 +19,7 @@ def put(stepper, positions, velocity=(0.0, 0.0, 0.0)):
     stepper.contact.slip.fill(0.0)
     stepper.contact.along.fill(1.0)
     stepper.elastic.begin_step()
-    stepper.newton.wait = 0
+    stepper.newton.restore({name: np.zeros_like(values) for name, values in stepper.newton.state().items()})
     stepper.flight.touched = np.zeros_like(stepper.flight.touched)
 
 
