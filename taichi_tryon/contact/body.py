@@ -4,8 +4,8 @@ Normal: the samples are held off the skin by the contact thickness t, by a one-s
 offset whose pressure grows without bound towards the skin; see ``offset``. The paper's force -k grad W (eq. 3) jumps at
 the skin and is four times stiffer in one place than in another.
 
-Where limbs meet, cloth is held off both: each sample off the group it is nearest to, and off the next one, too. Else
-each would push it into the other by turns, and nothing out of the crease.
+Where limbs meet, cloth is held off both, each sample off the group that it is nearest to and off the next one, too, as
+if each were alone; see ``between`` for where that leaves no room.
 
 Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
 force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
@@ -18,8 +18,8 @@ import numpy as np
 import taichi as ti
 
 from taichi_tryon import fields
+from taichi_tryon.contact import between, offset
 from taichi_tryon.contact import friction as dry
-from taichi_tryon.contact import offset
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.kernel_loops import shared_if_many
 
@@ -54,21 +54,21 @@ class BodyContact:
         self.span = tables.scalars(samples.spans)
         self.stiffness, self.thickness, self.friction, self.last = (ti.field(float, shape=()) for _ in range(4))
         self.stiffness[None], self.thickness[None], self.friction[None] = stiffness, thickness, friction
+        self.evaluations, self._placed = 0, -1
         self.firm()
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
         # from the skin, and how much further off than the thickness it is held
         self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
-        # of the group that comes next: never deeper than in the nearest
-        self.depth_beside = ti.field(float, shape=room)
+        # of the group that comes next, where that is near; else beyond all offsets
+        self.gap_beside = ti.field(float, shape=room)
         self.normal_beside = ti.Vector.field(3, float, shape=room)
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
         self.seen = ti.Vector.field(3, float, shape=room)
         self.until = ti.field(float, shape=room)
         self.until.fill(-1.0)
         self.winner, self.looked, self.known = (ti.field(ti.i32, shape=room) for _ in range(3))
-        self.evaluations, self._placed = 0, -1
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
@@ -100,7 +100,10 @@ class BodyContact:
 
     def firm(self, yet: bool = True):
         """Let the pressure grow so much that the skin is not reached; not ``yet``: give way to what is forced."""
-        self.last[None] = offset.FIRM if yet else offset.YIELDING
+        last = offset.FIRM if yet else offset.YIELDING
+        if self.last[None] != last:
+            # all must be looked at again, also what lies still
+            self.last[None], self._placed = last, -1
 
     def cover(self):
         """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
@@ -114,11 +117,33 @@ class BodyContact:
         return dry.bond_of(self.stick[s], self.limit[s], self.drag[s].norm())
 
     @ti.func
+    def _pushes(self, s: int):
+        """Depths of sample s below the offsets of the nearest group and of the next that count, and which way [1] each
+        pushes."""
+        one, other = self.depth[s], ti.max(self.thickness[None] + self.raised[s] - self.gap_beside[s], 0.0)
+        push, beside = self.normal[s], self.normal_beside[s]
+        share = between.facing(push, beside) if other > 0.0 else 0.0
+        if share > 0.0:
+            common, by_one, by_other = share * between.relief(one, other, self.thickness[None])
+            one, other = one - common, ti.max(other - common, 0.0)
+            push, beside = (1.0 - by_one) * push - by_other * beside, (1.0 - by_other) * beside - by_one * push
+        return one, other, push, beside
+
+    @ti.func
+    def _across(self, s: int):
+        """Unit normal of the plane in which sample s rubs: the nearest skin's, or one between both."""
+        n, beside = self.normal[s], self.normal_beside[s]
+        other = self.thickness[None] + self.raised[s] - self.gap_beside[s]
+        share = between.facing(n, beside) if other > 0.0 else 0.0
+        if share > 0.0:
+            n = (self.depth[s] * n - share * other * beside).normalized()
+        return n
+
+    @ti.func
     def _respond(self, s: int):
         """Force on sample s [N], from depth, normal and drag."""
-        load = self._pressure(self.depth[s]) * self.area[s] * self.normal[s]
-        if self.depth_beside[s] > 0.0:
-            load += self._pressure(self.depth_beside[s]) * self.area[s] * self.normal_beside[s]
+        one, other, push, beside = self._pushes(s)
+        load = (self._pressure(one) * push + self._pressure(other) * beside) * self.area[s]
         if ti.static(self.rubs):
             load -= self._bond(s) * self.drag[s]
         self.load[s] = load
@@ -126,14 +151,12 @@ class BodyContact:
     @ti.func
     def _hold(self, s: int):
         """Hessian of sample s [N/m], which few enough feel to make it where it is asked for."""
-        n = self.normal[s]
-        normal_part = n.outer_product(n)
-        hold = self._steepness(self.depth[s]) * self.area[s] * normal_part
-        if self.depth_beside[s] > 0.0:
-            beside = self.normal_beside[s]
-            hold += self._steepness(self.depth_beside[s]) * self.area[s] * beside.outer_product(beside)
+        one, other, push, beside = self._pushes(s)
+        hold = self._steepness(one) * self.area[s] * push.outer_product(push)
+        hold += self._steepness(other) * self.area[s] * beside.outer_product(beside)
         if ti.static(self.rubs):
-            hold += dry.tangent(self._bond(s), self.along[s], self.drag[s], normal_part)
+            n = self._across(s)
+            hold += dry.tangent(self._bond(s), self.along[s], self.drag[s], n.outer_product(n))
         return hold
 
     @ti.kernel
@@ -215,15 +238,16 @@ class BodyContact:
     def _nearest(self, s: int, point):
         """Gap, normal and group of the skin nearest to sample s, and W there. Where two groups are near, each counts as
         if it were alone, and the farther presses on the sample, too."""
-        t, only, other = self.thickness[None], -1, -1
+        highest, only, other = (1.0 + HIGHEST) * self.thickness[None], -1, -1
         gap, normal, winner, density = ti.cast(0.0, float), ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
-        self.depth_beside[s] = 0.0
+        self.gap_beside[s] = highest
         for turn in range(3):  # with one place that looks at the body, since a compiler takes each by itself
-            found, outward, group, value = self.body.gap_within(point, (1.0 + HIGHEST) * t + BAND, only)
+            found, outward, group, value = self.body.gap_within(point, highest + BAND, only)
             if turn == 0:
                 gap, normal, winner, density = found, outward, group, value
                 other, value = self.body.beside(point, group)
-                if value == 0.0 or self.body.clearance(value) >= t:
+                # while it is forced on, cloth deep in two limbs goes out of the nearer one
+                if self.last[None] < offset.FIRM or value == 0.0 or self.body.clearance(value) >= highest:
                     break
                 only = group
             elif turn == 1:
@@ -231,7 +255,7 @@ class BodyContact:
             else:
                 if found < gap:
                     gap, found, normal, outward, winner = found, gap, outward, normal, other
-                self.depth_beside[s], self.normal_beside[s] = ti.max(t - found, 0.0), outward
+                self.gap_beside[s], self.normal_beside[s] = found, outward
         return gap, normal, winner, density
 
     @ti.func
@@ -261,7 +285,7 @@ class BodyContact:
         path = self.slip[s] + point - self._at(self.x_start, s)
         if moves == 1:
             path -= self.body.motion(point, self.winner[s])
-        n = self.normal[s]
+        n = self._across(s)
         self.drag[s] = path - n * n.dot(path)
 
     @ti.func
@@ -297,10 +321,11 @@ class BodyContact:
         slipped = first == 1 and self.along[s] < 1.0
         self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
         if self.depth[s] > 0.0:
-            n, v = self.normal[s], self._at(self.v, s)
+            n, v = self._across(s), self._at(self.v, s)
             # without friction there is no spring, not even where nothing has slipped yet
-            self.stick[s] = self._steepness(self.depth[s]) * self.area[s] if self.friction[None] > 0.0 else 0.0
-            self.limit[s] = self.friction[None] * self._pressure(self.depth[s]) * self.area[s]
+            depth, _, _, _ = self._pushes(s)
+            self.stick[s] = self._steepness(depth) * self.area[s] if self.friction[None] > 0.0 else 0.0
+            self.limit[s] = self.friction[None] * self._pressure(depth) * self.area[s]
             drag = self.drag[s] + ahead * (v - n * n.dot(v))
             if slipped or dry.slips(self.stick[s], self.limit[s], drag):
                 self.along[s] = dry.ALONG
@@ -316,9 +341,8 @@ class BodyContact:
         for s in range(self.count):
             slip = ti.Vector([0.0, 0.0, 0.0])
             if self.depth[s] > 0.0:
-                slip = dry.kept(
-                    self.drag[s], self.friction[None] * self._pressure(self.depth[s]) / self._steepness(self.depth[s])
-                )
+                depth, _, _, _ = self._pushes(s)
+                slip = dry.kept(self.drag[s], self.friction[None] * self._pressure(depth) / self._steepness(depth))
             self.slip[s] = slip
 
     @ti.func
@@ -358,10 +382,9 @@ class BodyContact:
             total, deepest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
             for s in range(low, high):
                 if self.depth[s] > 0.0:
-                    deepest = ti.max(deepest, ti.cast(self.depth[s], ti.f64))
-                    total += self._stored(self.depth[s]) * self.area[s]
-                    if self.depth_beside[s] > 0.0:
-                        total += self._stored(self.depth_beside[s]) * self.area[s]
+                    one, other, _, _ = self._pushes(s)
+                    deepest = ti.max(deepest, ti.cast(one, ti.f64))
+                    total += (self._stored(one) + self._stored(other)) * self.area[s]
                     if ti.static(self.rubs):
                         total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
             sums[chunk, 0], sums[chunk, 1] = total, deepest
@@ -389,4 +412,6 @@ class BodyContact:
     @ti.kernel
     def _tell_pressures(self, result: ti.types.ndarray()):
         for s in range(self.count):
-            result[s] = self._pressure(self.depth[s])
+            if self.depth[s] > 0.0:
+                depth, _, _, _ = self._pushes(s)
+                result[s] = self._pressure(depth)
