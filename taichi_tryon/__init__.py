@@ -10,5 +10,5 @@ STARTED = time.perf_counter()
 
 # Taichi prints a banner when it is imported, unless this is set before.
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-# Our dense products are small: more threads of the BLAS would only fight Taichi's, at twice the cost.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# For a BLAS that is loaded only now; see ``blas``.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"

@@ -160,7 +160,8 @@ class _Run:
             self.progress(phase, simulation.fraction if p.phase == phase else 1.0, f"{p.time:.2f} s simulated")
             if phase != p.phase:
                 self.log.info("%s done after %d steps, %.3f s simulated", phase, p.steps, p.time)
-            if time.monotonic() - saved > simulation.scene.output.checkpoint_s:
+            # at the end only behind the last frame: who goes on from there does not write it any more
+            if not simulation.finished and time.monotonic() - saved > simulation.scene.output.checkpoint_s:
                 self._save()
                 saved = time.monotonic()
         if self.step_seconds:  # else the run that went on from a checkpoint was over already

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import taichi as ti
 
-from taichi_tryon import kernel_launches, kernel_loops, kernel_sources
+from taichi_tryon import blas, kernel_launches, kernel_loops, kernel_sources
 from taichi_tryon.errors import InputError
 
 # before the modules with kernels are read
@@ -50,6 +50,7 @@ def start(
     Taichi itself would fall back without an error. What ran before goes on then. Without ``threads``, as many as
     OMP_NUM_THREADS says, else as there are cores. profile: Taichi's kernel profiler.
     """
+    blas.stay_on_one_thread()
     threads = threads or _default_threads()
     options = dict(
         default_fp=ti.f64 if precision == "f64" else ti.f32,

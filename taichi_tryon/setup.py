@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from taichi_tryon import blas
 from taichi_tryon.body.model import Body
 from taichi_tryon.body.ranges import beyond
 from taichi_tryon.body.skeleton import Motion, Pose
@@ -76,6 +77,7 @@ class Setup:
 def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
     """Build body, meshes and start. Raises PatternError or DressingError where a garment cannot be made or put on,
     also where layers that shall not pass through each other do, InputError where a hold finds nothing to hold."""
+    blas.stay_on_one_thread()
     with clock("body"):
         body = Body.from_spec(scene.body) if scene.body else Body.absent()
         rest = PoseSpec(name="rest")

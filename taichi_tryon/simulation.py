@@ -304,10 +304,10 @@ class Simulation:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``."""
+        self.transforms = state["transforms"]
+        self.field.set_pose(self.transforms)
         self.stepper.restore(state)
         self.progress = Progress(**{key: state[f"progress_{key}"].item() for key in asdict(self.progress)})
-        self.transforms = state["transforms"]
         self._set_forces()
-        self.field.set_pose(self.transforms)
         self.stepper.contact.cover()
         self._place_held()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from taichi_tryon.body.density import gap
 from taichi_tryon.dressing import place
@@ -64,3 +65,12 @@ def test_scenes_with_layers_start_free_of_crossings_and_in_order(name):
     inner, outer = setup.garments[0], setup.garments[-1]
     if inner is not outer:
         assert not beneath(outer.dressed.positions, (inner.dressed.positions, inner.mesh.triangles)).any()
+
+
+def test_threads_of_the_blas_leave_no_trace():
+    """Whoever loaded NumPy before may have given them to it."""
+    scene, starts = load_scene(SCENES / "quick.yaml"), []
+    for threads in (1, 2):
+        with threadpool_limits(limits=threads, user_api="blas"):
+            starts.append(prepare(scene, Stopwatch()).positions)
+    assert np.array_equal(*starts)

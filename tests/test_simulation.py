@@ -11,6 +11,9 @@ from taichi_tryon.body.density import gap
 from taichi_tryon.cloth.hysteresis import SHEAR_REACH
 from taichi_tryon.errors import RunError, StepFailure
 from taichi_tryon.observe import Observer
+from taichi_tryon.output import checkpoint
+from taichi_tryon.run import Stop, _Run
+from taichi_tryon.runtime import Device
 from taichi_tryon.scene.load import load_scene
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
@@ -30,6 +33,7 @@ def simulation(make_cone_scene):
         "bending_hysteresis_warp_gf_cm_per_cm": 0.05,
         "bending_hysteresis_weft_gf_cm_per_cm": 0.05,
     }
+    data["output"]["checkpoint_s"] = 0
     scene = SceneSpec.model_validate_json(json.dumps(data))
     clock = Stopwatch()
     return Simulation(prepare(scene, clock), clock)
@@ -191,6 +195,22 @@ def test_where_there_is_too_much_contact_it_tries_shorter_steps(simulation, cour
     least = 0.0
     with pytest.raises(RunError, match=r"^too much, in phase dress at 0\.\d+ s$"):
         simulation.advance()
+
+
+def test_a_checkpoint_of_the_end_has_the_last_frame(simulation, begin, tmp_path, monkeypatch):
+    """Who goes on from there has no step to do, and so none to write a frame of."""
+    saved = []
+
+    def save(folder, text, state):
+        saved.append((str(state["progress_phase"]), int(state["frame_index"])))
+
+    monkeypatch.setattr(checkpoint, "save", save)
+    simulation.restore(begin)
+    device = Device(arch="cpu", precision="f64", threads=1)
+    one = _Run(simulation, tmp_path, "", Stopwatch(), device, lambda *_: None, None)
+    assert one.go(Stop()).status == "settled"
+    assert len(saved) > simulation.progress.steps
+    assert [frames for phase, frames in saved if phase == "done"] == [one.recorder.index]
 
 
 def test_the_scene_chooses_the_law_of_bending(simulation, make_cone_scene):

@@ -331,6 +331,27 @@ class BodyContact:
                 self.along[s] = dry.ALONG
             self._respond(s)
 
+    def state(self) -> dict[str, np.ndarray]:
+        """What the next step depends on; also what sleeps, and until when, since that bounds how far it may go."""
+        held = {name: getattr(self, name).to_numpy() for name in ("slip", "along", "seen", "until")}
+        return {**held, "travelled": np.array(self.body.travelled)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a ``state``, the body being where it was."""
+        for name in ("slip", "along", "seen", "until"):
+            fields.upload(getattr(self, name), state[name])
+        self.body.travelled = float(state["travelled"])
+        # what is awake is looked at before it is asked for
+        self._part()
+        self._placed = -1
+
+    @ti.kernel
+    def _part(self):
+        """Let no sample be anywhere near the body."""
+        for s in range(self.count):
+            self.gap[s], self.raised[s], self.depth[s] = ti.math.inf, 0.0, 0.0
+            self.load[s] = ti.Vector([0.0, 0.0, 0.0])
+
     def end_step(self):
         """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
         if self.count > 0 and self.rubs:

@@ -217,8 +217,7 @@ class ImplicitStep:
             "velocities": self.v.to_numpy(),
             "accelerations": self.a.to_numpy(),
             "acceleration_known": np.array(self.acceleration_known),
-            "slip": self.contact.slip.to_numpy(),
-            "along": self.contact.along.to_numpy(),
+            **self.contact.state(),
             "touched": self.flight.touched,
             **self.newton.state(),
             **self.elastic.state(),
@@ -226,14 +225,13 @@ class ImplicitStep:
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from a ``state``."""
+        """Go on from a ``state``, the body being where it was."""
         fields.upload(self.x, state["positions"])
         fields.upload(self.v, state["velocities"])
         fields.upload(self.a, state["accelerations"])
         self.acceleration_known, self.flight.touched = bool(state["acceleration_known"]), state["touched"]
         self.newton.restore(state)
-        fields.upload(self.contact.slip, state["slip"])
-        fields.upload(self.contact.along, state["along"])
+        self.contact.restore(state)
         self.elastic.restore(state)
         if self.rubbing:
             self.rubbing.restore(state)

@@ -38,19 +38,39 @@ class Probe:
                  "only_density", "clearance", "bulge")  # fmt: skip
         return {name: getattr(self, name).to_numpy()[: len(x)] for name in names}
 
-    @ti.kernel
     def _ask(self):
+        # one kernel for all of it takes several times as long to compile
+        for ask in (self._ask_sums, self._ask_bend, self._ask_motion, self._ask_distance, self._cull):
+            ask()
+
+    @ti.kernel
+    def _ask_sums(self):
         for i in self.x:
             x = self.x[i]
             self.value[i], self.slope[i], self.winner[i] = self.field.query(x)
             self.only_density[i] = self.field.density(x)
-            self.clearance[i] = self.field.clearance(self.field.density(x))
-            self.gradient[i], self.hessian[i] = self.field.derivatives(x, self.winner[i])
-            self.bulge[i] = self.field.curvature(x, self.winner[i])
-            self.shift[i] = self.field.motion(x, self.winner[i])
-            distance, normal, _ = self.field.gap(x)
-            self.distance[i], self.normal[i] = distance, normal
-            self.culled[i], _, _, _ = self.field.gap_within(x, 0.002, -1)
+            self.clearance[i] = self.field.clearance(self.only_density[i])
+
+    @ti.kernel
+    def _ask_bend(self):
+        for i in self.x:
+            self.gradient[i], self.hessian[i] = self.field.derivatives(self.x[i], self.winner[i])
+            self.bulge[i] = self.field.curvature(self.x[i], self.winner[i])
+
+    @ti.kernel
+    def _ask_motion(self):
+        for i in self.x:
+            self.shift[i] = self.field.motion(self.x[i], self.winner[i])
+
+    @ti.kernel
+    def _ask_distance(self):
+        for i in self.x:
+            self.distance[i], self.normal[i], _ = self.field.gap(self.x[i])
+
+    @ti.kernel
+    def _cull(self):
+        for i in self.x:
+            self.culled[i], _, _, _ = self.field.gap_within(self.x[i], 0.002, -1)
 
 
 @pytest.fixture(scope="module")

@@ -153,6 +153,7 @@ def two_sheets(make_sheet, moduli, floor_and_ball_field):
     settings = replace(EXACT, linear_tolerance=1e-2, max_newton_iterations=3)
     step = ImplicitStep(cloth, floor_and_ball_field, positions, laws, GRAVITY, settings, Stopwatch(), layers=layers)
     step.compile()
+    step.restore(step.state())
     late = compiled_in(lambda: meet(step, flat))
     return SimpleNamespace(step=step, cloth=cloth, flat=flat, thickness=LAYERS.thickness, late=late)
 

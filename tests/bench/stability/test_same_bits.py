@@ -28,13 +28,17 @@ def digests() -> dict[str, str]:
     return found
 
 
-def test_every_scene_starts_the_same_whatever_the_order_of_its_names():
-    """Sets of names come in another order in each process."""
+def test_every_scene_starts_the_same_whatever_came_before():
+    """Sets of names come in another order in each process; one has loaded NumPy, with two threads for its products,
+    before the package."""
     code = f"import json, runpy; print(json.dumps(runpy.run_path({__file__!r})['digests']()))"
     one, other = (
-        json.loads(subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed},
+        json.loads(subprocess.run([sys.executable, "-c", first + code], env={**os.environ, **variables},
                                   check=True, capture_output=True, text=True, cwd=ROOT).stdout.splitlines()[-1])
-        for seed in ("1", "2")
+        for first, variables in (
+            ("", {"PYTHONHASHSEED": "1"}),
+            ("import numpy, scipy.linalg; ", {"PYTHONHASHSEED": "2", "OPENBLAS_NUM_THREADS": "2"}),
+        )
     )  # fmt: skip
     assert list(one) == [path.stem for path in SCENES] and len(one) > 5
     assert one == other
