@@ -21,6 +21,10 @@ from taichi_tryon.kernel_loops import shared_if_many
 
 # where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
 HIGHEST = 1.0
+# where cloth is found in the body all the same, further off still, so far that at most [m]
+FURTHER = 1e-3
+# how far apart [m] it is looked for, and how far outside it may be before samples are let down again
+LOOK, CLEAR = 2e-3, 2e-4
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
 # cloth further off the body than this is not carried along with it [m]
@@ -55,6 +59,10 @@ class BodyContact:
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
         # from the skin, and how much further off than the thickness it is held
         self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
+        # so much of what it is raised by is since cloth was found in the body: so far, and at the end of the last step
+        self.further, self.kept, self.found = (ti.field(float, shape=room) for _ in range(3))
+        self.triangles = len(samples.of_triangle)
+        self.of_triangle = tables.vectors(samples.of_triangle) if self.triangles else None
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
         # where a sample was last looked at, and how far it and the body together may go until it is looked at again
         self.seen = ti.Vector.field(3, float, shape=room)
@@ -187,17 +195,22 @@ class BodyContact:
     @ti.func
     def _look(self, s: int, point, travelled: float, awake):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
-        t = self.thickness[None]
-        gap, normal, winner, density = self.body.gap_within(point, (1.0 + HIGHEST) * t + BAND)
+        reach = self._reach(s)
+        gap, normal, winner, density = self.body.gap_within(point, reach + BAND)
         self.gap[s], self.normal[s], self.winner[s] = gap, normal, winner
         self.looked[s] += 1
         if awake:
             self.seen[s], self.until[s] = point, -1.0
-        if gap > (1.0 + HIGHEST) * t:
+        if gap > reach:
             self.raised[s] = 0.0
             if awake:
-                self.until[s] = travelled + self.body.clearance(density) - (1.0 + HIGHEST) * t
+                self.until[s] = travelled + self.body.clearance(density) - reach
         self._press(s)
+
+    @ti.func
+    def _reach(self, s: int) -> float:
+        """How far off the skin sample s feels it at most."""
+        return (1.0 + HIGHEST) * self.thickness[None] + ti.max(self.further[s], self.kept[s])
 
     @ti.func
     def _press(self, s: int):
@@ -206,19 +219,65 @@ class BodyContact:
         if self.depth[s] == 0.0:
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
+    @ti.kernel
+    @shared_if_many
+    def _raise(self):
+        """Hold the samples so far off that the flat triangles around them stay outside of where the skin bulges."""
+        for s in range(self.count):
+            self.further[s], self.found[s] = 0.0, -ti.math.inf
+            if self.gap[s] <= self._reach(s):
+                t, foot = self.thickness[None], self._at(self.x, s) - self.gap[s] * self.normal[s]
+                bulge = self.span[s] * self.body.curvature(foot, self.winner[s])
+                self.further[s] = self.kept[s]
+                self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t) + self.further[s]
+                self._press(s)
+
+    @ti.kernel
+    @shared_if_many
+    def _find(self):
+        """How deep the triangles around each sample are in the body: those that could be."""
+        for t in range(self.triangles):
+            near, highest = False, HIGHEST * self.thickness[None]
+            for k in ti.static(range(7)):
+                s = self.of_triangle[t][k]
+                held = self.raised[s] >= highest or self.further[s] > 0.0
+                near |= self.depth[s] > 0.0 and (held or self.depth[s] > self.thickness[None])
+            if near:
+                deepest = self._deepest(t)
+                for k in ti.static(range(7)):
+                    ti.atomic_max(self.found[self.of_triangle[t][k]], deepest)
+
     @ti.func
-    def _raise(self, s: int, moves: int):
-        """Hold sample s so far off that the flat triangles around it stay outside of where the skin bulges."""
-        t = self.thickness[None]
-        if self.gap[s] <= (1.0 + HIGHEST) * t:
-            point = self._at(self.x, s)
-            bulge = self.span[s] * self.body.curvature(point - self.gap[s] * self.normal[s], self.winner[s])
-            self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t)
-            self._press(s)
-            if self.depth[s] > 0.0:
-                if ti.static(self.rubs):
-                    self._drag(s, point, moves)
-                self._respond(s)
+    def _deepest(self, t: int) -> float:
+        """Depth [m] in the body of the deepest point of triangle t; what is far outside need not be exact."""
+        corner = self.of_triangle[t]
+        a, b, c = self.x[corner[0]], self.x[corner[1]], self.x[corner[2]]
+        side = ti.sqrt(ti.max((b - a).norm_sqr(), (c - b).norm_sqr(), (a - c).norm_sqr()))
+        n, deepest = ti.max(1, ti.cast(ti.ceil(side / LOOK), ti.i32)), -ti.cast(ti.math.inf, float)
+        for i in range(n + 1):
+            for j in range(n + 1 - i):
+                gap, _, _, _ = self.body.gap_within(a + (b - a) * (i / n) + (c - a) * (j / n), CLEAR)
+                deepest = ti.max(deepest, -gap)
+        return deepest
+
+    @ti.kernel
+    @shared_if_many
+    def _lift(self, yet: int, moves: int):
+        """Hold the samples further off by as much as the triangles around them are in the body, less far by what they
+        are clear of it; feel the change."""
+        for s in range(self.count):
+            if self.gap[s] <= self._reach(s):
+                found = self.found[s]
+                change = found if found > 0.0 else ti.min(found + CLEAR, 0.0)
+                if yet == 1 and change != 0.0:
+                    further = ti.math.clamp(self.further[s] + change, 0.0, FURTHER)
+                    self.raised[s] += further - self.further[s]
+                    self.further[s] = further
+                    self._press(s)
+                if self.depth[s] > 0.0:
+                    if ti.static(self.rubs):
+                        self._drag(s, self._at(self.x, s), moves)
+                    self._respond(s)
 
     @ti.func
     def _drag(self, s: int, point, moves: int):
@@ -244,17 +303,22 @@ class BodyContact:
         Those whose spring is beyond its limit slip; for the ``first`` time in a step also those that slipped at the end
         of the last one, and those that will, ``ahead`` seconds along the velocity.
         """
-        if self.count > 0 and (self.rubs or first):
-            self._bind(first, ahead, int(self.body.moves))
+        if self.count == 0:
+            return
+        if first:
+            yet = self.last[None] == offset.FIRM
+            self._raise()
+            if yet and self.triangles:
+                self._find()
+            self._lift(int(yet), int(self.body.moves))
+        if self.rubs:
+            self._bind(first, ahead)
 
     @ti.kernel
     @shared_if_many
-    def _bind(self, first: int, ahead: float, moves: int):
+    def _bind(self, first: int, ahead: float):
         for s in range(self.count):
-            if first == 1:
-                self._raise(s, moves)
-            if ti.static(self.rubs):
-                self._rub(s, first, ahead)
+            self._rub(s, first, ahead)
 
     @ti.func
     def _rub(self, s: int, first: int, ahead: float):
@@ -272,9 +336,12 @@ class BodyContact:
             self._respond(s)
 
     def end_step(self):
-        """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
-        if self.count > 0 and self.rubs:
-            self._end_step()
+        """Keep how far off the samples are held, and the springs' extension, cut to what friction can hold; what has
+        left the body forgets its spring."""
+        if self.count > 0:
+            self.kept.copy_from(self.further)
+            if self.rubs:
+                self._end_step()
 
     @ti.kernel
     def _end_step(self):

@@ -201,6 +201,7 @@ class ImplicitStep:
         self.way.gone_from(self.x_start)
         self._restore()
         self.contact.end_step()
+        self.contact.kept.fill(0.0)
         self.elastic.rub(False)
         self.elastic.end_step()
         self.elastic.rub(True)
@@ -219,6 +220,7 @@ class ImplicitStep:
             "acceleration_known": np.array(self.acceleration_known),
             "slip": self.contact.slip.to_numpy(),
             "along": self.contact.along.to_numpy(),
+            "held_further": self.contact.kept.to_numpy(),
             "touched": self.flight.touched,
             **self.newton.state(),
             **self.elastic.state(),
@@ -234,6 +236,7 @@ class ImplicitStep:
         self.newton.restore(state)
         fields.upload(self.contact.slip, state["slip"])
         fields.upload(self.contact.along, state["along"])
+        fields.upload(self.contact.kept, state["held_further"])
         self.elastic.restore(state)
         if self.rubbing:
             self.rubbing.restore(state)
