@@ -15,6 +15,7 @@ import numpy as np
 
 from taichi_tryon import STARTED, runtime
 from taichi_tryon import progress as progress_report
+from taichi_tryon.body.meeting import meeting
 from taichi_tryon.errors import InputError, Interrupted, NoStep, RunError, TryonError
 from taichi_tryon.failure import Failure, explain
 from taichi_tryon.figures import fit_lines
@@ -29,7 +30,7 @@ from taichi_tryon.setup import prepare
 from taichi_tryon.simulation import Simulation
 from taichi_tryon.skipped import skipped
 from taichi_tryon.timing import Stopwatch
-from taichi_tryon.units import CM
+from taichi_tryon.units import CM, MM
 
 # what a checkpoint holds beside the simulation's own state
 RECORDED = ("frame_index", "skin_pose", "skin_frame", "next_frame")
@@ -181,6 +182,8 @@ class _Run:
     def _outcome(self) -> tuple[str, str]:
         limit, p = self.simulation.scene.settle.residual, self.simulation.progress
         if self.simulation.settled:
+            if pinched := self._pinched():
+                return "failed", pinched
             return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
         if limit_is_off(self.simulation.scene):
             return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"
@@ -188,6 +191,25 @@ class _Run:
         if (rounding := self.simulation.rounding()) > limit:
             force += f"; rounding of positions alone makes {rounding:.2e}"
         return "failed", f"not settled after settle.max_steps: {force}"
+
+    def _pinched(self) -> str:
+        """What is said of cloth that rests in the body where limbs run into each other; nothing where none does."""
+        depths, simulation = self.observer.probe.look()[0], self.simulation
+        deepest = int(np.argmax(depths))
+        corners = simulation.stepper.x.to_numpy()[simulation.setup.cloth.triangles[deepest]]
+        if depths[deepest] == 0 or not (limbs := self._meeting(corners.mean(axis=0))):
+            return ""
+        depth = depths[deepest] / MM
+        return f"cloth rests {depth:.2g} mm inside the body where {' and '.join(limbs)} run into each other"
+
+    def _meeting(self, at: np.ndarray) -> tuple[str, str] | None:
+        """The limbs that run into each other around a point (3,) [m]."""
+        simulation = self.simulation
+        if not simulation.scene.body or not np.isfinite(at).all():
+            return None
+        body = simulation.setup.body
+        pair = meeting(body.posed(simulation.transforms), at)
+        return pair and tuple(body.group_names[group] for group in pair)
 
     def _end(self, status: str, reason: str, explained: bool) -> Failure | None:
         """Everything that can still be written is written, whatever the status; why the cloth failed, where that is to
@@ -208,7 +230,7 @@ class _Run:
         if explained:
             setup, progress = self.simulation.setup, self.simulation.progress
             rounding = self.simulation.rounding()
-            failure = explain(setup.scene, setup.garments, garments, progress, self.residuals, rounding)
+            failure = explain(setup.scene, setup.garments, garments, progress, self.residuals, rounding, self._meeting)
             spot, caption = np.array(failure.world_cm) * CM, f"{failure.garment}, panel {failure.panel}"
             attempt(lambda: self.recorder.mark(spot, failure.outward, caption))
         self.warnings += faults

@@ -6,11 +6,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
 from PIL import Image
+
+from taichi_tryon.run import _Run
 
 QUALITY = {
     "residual_relative",
@@ -296,3 +299,16 @@ def test_an_output_folder_that_cannot_be_made_is_told_at_once(place):
     done = command(place, "--output", place / "file" / "out")
     assert done.returncode in (2, 3)
     assert "file" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(("depth", "limbs", "said"), [(0.0, "ab", False), (1e-3, None, False), (1e-3, "ab", True)])
+def test_cloth_in_the_body_where_limbs_meet_is_no_success(depth, limbs, said):
+    corners = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [9, 9, 9]])
+    one = object.__new__(_Run)
+    one.observer = SimpleNamespace(probe=SimpleNamespace(look=lambda: (np.array([0.0, depth]), None, None)))
+    cloth = SimpleNamespace(triangles=np.array([[1, 2, 3], [0, 1, 2]]))
+    stepper = SimpleNamespace(x=SimpleNamespace(to_numpy=lambda: corners))
+    one.simulation = SimpleNamespace(stepper=stepper, setup=SimpleNamespace(cloth=cloth))
+    one._meeting = lambda at: limbs if at == pytest.approx([0.1, 0.1, 0.0]) else None
+    expected = "cloth rests 1 mm inside the body where a and b run into each other"
+    assert one._pinched() == (expected if said else "")

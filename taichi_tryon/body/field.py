@@ -242,11 +242,12 @@ class BodyField:
         the perpendicular under x. Further out: to first order. Where no ball reaches: ``far`` and a zero normal.
         """
         y, normal, winner, depth = x, ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
+        first = normal
         gap, density, deep, turn, turns = ti.cast(0.0, float), ti.cast(0.0, float), False, 0, 0
         while True:  # with one place that looks at the body, since a compiler takes each by itself
             depth, normal, winner, steepness, value = self._depth(y, only)
             if turn == 0:
-                gap, density, deep = -depth, value, depth > LONGEST_STEP
+                gap, density, deep, first = -depth, value, depth > LONGEST_STEP, normal
                 if gap < band:
                     turns = DEEP_STEPS if deep else NEWTON_STEPS
             if turn == turns or steepness <= 1e-9:
@@ -260,9 +261,13 @@ class BodyField:
             if step.norm() < TOLERANCE:
                 break
         if turn > 0:
-            gap = (x - y).dot(normal)
+            found = (x - y).dot(normal)
             if deep:  # the way out may be bent, or not ended yet
                 gap = -(x - y).norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
+            elif found * gap < 0 and abs(found) > TOLERANCE:  # another limb's skin, which faces the other way
+                normal = first
+            else:
+                gap = found
         return gap, normal, winner, density
 
     @ti.func

@@ -25,8 +25,14 @@ from taichi_tryon.kernel_loops import shared_if_many
 
 # where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
 HIGHEST = 1.0
+# where cloth is found in the body all the same, further off still, so far that at most [m]
+FURTHER = 1e-3
+# how far apart [m] it is looked for, and how far outside it may be before samples are let down again
+LOOK, CLEAR = 2e-3, 2e-4
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
+# what goes into a checkpoint
+KEPT = ("slip", "along", "seen", "until", "kept")
 # cloth further off the body than this is not carried along with it [m]
 CARRIED = 0.04
 
@@ -60,6 +66,10 @@ class BodyContact:
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
         # from the skin, and how much further off than the thickness it is held
         self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
+        # so much of what it is raised by is since cloth was found in the body: so far, and at the end of the last step
+        self.further, self.kept, self.found = (ti.field(float, shape=room) for _ in range(3))
+        self.triangles = len(samples.of_triangle)
+        self.of_triangle = tables.vectors(samples.of_triangle) if self.triangles else None
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
         # of the group that comes next, where that is near; else beyond all offsets
         self.gap_beside = ti.field(float, shape=room)
@@ -117,12 +127,19 @@ class BodyContact:
         return dry.bond_of(self.stick[s], self.limit[s], self.drag[s].norm())
 
     @ti.func
+    def _beside(self, s: int):
+        """Depth of sample s below the offset of the next group, and how much that faces the nearest, 0 to 1."""
+        depth, share = ti.max(self.thickness[None] + self.raised[s] - self.gap_beside[s], 0.0), ti.cast(0.0, float)
+        if depth > 0.0:
+            share = between.facing(self.normal[s], self.normal_beside[s])
+        return depth, share
+
+    @ti.func
     def _pushes(self, s: int):
         """Depths of sample s below the offsets of the nearest group and of the next that count, and which way [1] each
         pushes."""
-        one, other = self.depth[s], ti.max(self.thickness[None] + self.raised[s] - self.gap_beside[s], 0.0)
-        push, beside = self.normal[s], self.normal_beside[s]
-        share = between.facing(push, beside) if other > 0.0 else 0.0
+        other, share = self._beside(s)
+        one, push, beside = self.depth[s], self.normal[s], self.normal_beside[s]
         if share > 0.0:
             common, by_one, by_other = share * between.relief(one, other, self.thickness[None])
             one, other = one - common, ti.max(other - common, 0.0)
@@ -132,11 +149,10 @@ class BodyContact:
     @ti.func
     def _across(self, s: int):
         """Unit normal of the plane in which sample s rubs: the nearest skin's, or one between both."""
-        n, beside = self.normal[s], self.normal_beside[s]
-        other = self.thickness[None] + self.raised[s] - self.gap_beside[s]
-        share = between.facing(n, beside) if other > 0.0 else 0.0
+        n = self.normal[s]
+        other, share = self._beside(s)
         if share > 0.0:
-            n = (self.depth[s] * n - share * other * beside).normalized()
+            n = (self.depth[s] * n - share * other * self.normal_beside[s]).normalized()
         return n
 
     @ti.func
@@ -222,32 +238,37 @@ class BodyContact:
     @ti.func
     def _look(self, s: int, point, travelled: float, awake):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
-        t = self.thickness[None]
-        gap, normal, winner, density = self._nearest(s, point)
+        reach = self._reach(s)
+        gap, normal, winner, density = self._nearest(s, point, reach)
         self.gap[s], self.normal[s], self.winner[s] = gap, normal, winner
         self.looked[s] += 1
         if awake:
             self.seen[s], self.until[s] = point, -1.0
-        if gap > (1.0 + HIGHEST) * t:
+        if gap > reach:
             self.raised[s] = 0.0
             if awake:
-                self.until[s] = travelled + self.body.clearance(density) - (1.0 + HIGHEST) * t
+                self.until[s] = travelled + self.body.clearance(density) - reach
         self._press(s)
 
     @ti.func
-    def _nearest(self, s: int, point):
+    def _reach(self, s: int) -> float:
+        """How far off the skin sample s feels it at most."""
+        return (1.0 + HIGHEST) * self.thickness[None] + ti.max(self.further[s], self.kept[s])
+
+    @ti.func
+    def _nearest(self, s: int, point, reach: float):
         """Gap, normal and group of the skin nearest to sample s, and W there. Where two groups are near, each counts as
-        if it were alone, and the farther presses on the sample, too."""
-        highest, only, other = (1.0 + HIGHEST) * self.thickness[None], -1, -1
+        if it were alone, and the farther presses on the sample, too; reach: how far off the sample feels it at most."""
+        only, other = -1, -1
         gap, normal, winner, density = ti.cast(0.0, float), ti.Vector.zero(float, 3), 0, ti.cast(0.0, float)
-        self.gap_beside[s] = highest
+        self.gap_beside[s] = reach
         for turn in range(3):  # with one place that looks at the body, since a compiler takes each by itself
-            found, outward, group, value = self.body.gap_within(point, highest + BAND, only)
+            found, outward, group, value = self.body.gap_within(point, reach + BAND, only)
             if turn == 0:
                 gap, normal, winner, density = found, outward, group, value
                 other, value = self.body.beside(point, group)
                 # while it is forced on, cloth deep in two limbs goes out of the nearer one
-                if self.last[None] < offset.FIRM or value == 0.0 or self.body.clearance(value) >= highest:
+                if self.last[None] < offset.FIRM or value == 0.0 or self.body.clearance(value) >= reach:
                     break
                 only = group
             elif turn == 1:
@@ -265,19 +286,68 @@ class BodyContact:
         if self.depth[s] == 0.0:
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
+    @ti.kernel
+    @shared_if_many
+    def _raise(self):
+        """Hold the samples so far off that the flat triangles around them stay outside of where the skin bulges."""
+        for s in range(self.count):
+            self.further[s], self.found[s] = 0.0, -ti.math.inf
+            if self.gap[s] <= self._reach(s):
+                t, foot = self.thickness[None], self._at(self.x, s) - self.gap[s] * self.normal[s]
+                bulge = self.span[s] * self.body.curvature(foot, self.winner[s])
+                self.further[s] = self.kept[s]
+                self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t) + self.further[s]
+                self._press(s)
+
+    @ti.kernel
+    @shared_if_many
+    def _find(self):
+        """How deep the triangles around each sample are in the body: those that could be."""
+        for t in range(self.triangles):
+            near, caught, highest = False, False, HIGHEST * self.thickness[None]
+            for k in ti.static(range(7)):
+                s = self.of_triangle[t][k]
+                held = self.raised[s] >= highest or self.further[s] > 0.0
+                near |= self.depth[s] > 0.0 and (held or self.depth[s] > self.thickness[None])
+                _, share = self._beside(s)
+                caught |= share > 0.0
+            # between limbs that leave it no room, it is not to be got out
+            if near and not caught:
+                deepest = self._deepest(t)
+                for k in ti.static(range(7)):
+                    ti.atomic_max(self.found[self.of_triangle[t][k]], deepest)
+
     @ti.func
-    def _raise(self, s: int, moves: int):
-        """Hold sample s so far off that the flat triangles around it stay outside of where the skin bulges."""
-        t = self.thickness[None]
-        if self.gap[s] <= (1.0 + HIGHEST) * t:
-            point = self._at(self.x, s)
-            bulge = self.span[s] * self.body.curvature(point - self.gap[s] * self.normal[s], self.winner[s])
-            self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t)
-            self._press(s)
-            if self.depth[s] > 0.0:
-                if ti.static(self.rubs):
-                    self._drag(s, point, moves)
-                self._respond(s)
+    def _deepest(self, t: int) -> float:
+        """Depth [m] in the body of the deepest point of triangle t; what is far outside need not be exact."""
+        corner = self.of_triangle[t]
+        a, b, c = self.x[corner[0]], self.x[corner[1]], self.x[corner[2]]
+        side = ti.sqrt(ti.max((b - a).norm_sqr(), (c - b).norm_sqr(), (a - c).norm_sqr()))
+        n, deepest = ti.max(1, ti.cast(ti.ceil(side / LOOK), ti.i32)), -ti.cast(ti.math.inf, float)
+        for i in range(n + 1):
+            for j in range(n + 1 - i):
+                gap, _, _, _ = self.body.gap_within(a + (b - a) * (i / n) + (c - a) * (j / n), CLEAR, -1)
+                deepest = ti.max(deepest, -gap)
+        return deepest
+
+    @ti.kernel
+    @shared_if_many
+    def _lift(self, yet: int, moves: int):
+        """Hold the samples further off by as much as the triangles around them are in the body, less far by what they
+        are clear of it; feel the change."""
+        for s in range(self.count):
+            if self.gap[s] <= self._reach(s):
+                found = self.found[s]
+                change = found if found > 0.0 else ti.min(found + CLEAR, 0.0)
+                if yet == 1 and change != 0.0:
+                    further = ti.math.clamp(self.further[s] + change, 0.0, FURTHER)
+                    self.raised[s] += further - self.further[s]
+                    self.further[s] = further
+                    self._press(s)
+                if self.depth[s] > 0.0:
+                    if ti.static(self.rubs):
+                        self._drag(s, self._at(self.x, s), moves)
+                    self._respond(s)
 
     @ti.func
     def _drag(self, s: int, point, moves: int):
@@ -303,17 +373,22 @@ class BodyContact:
         Those whose spring is beyond its limit slip; for the ``first`` time in a step also those that slipped at the end
         of the last one, and those that will, ``ahead`` seconds along the velocity.
         """
-        if self.count > 0 and (self.rubs or first):
-            self._bind(first, ahead, int(self.body.moves))
+        if self.count == 0:
+            return
+        if first:
+            yet = self.last[None] == offset.FIRM
+            self._raise()
+            if yet and self.triangles:
+                self._find()
+            self._lift(int(yet), int(self.body.moves))
+        if self.rubs:
+            self._bind(first, ahead)
 
     @ti.kernel
     @shared_if_many
-    def _bind(self, first: int, ahead: float, moves: int):
+    def _bind(self, first: int, ahead: float):
         for s in range(self.count):
-            if first == 1:
-                self._raise(s, moves)
-            if ti.static(self.rubs):
-                self._rub(s, first, ahead)
+            self._rub(s, first, ahead)
 
     @ti.func
     def _rub(self, s: int, first: int, ahead: float):
@@ -333,12 +408,12 @@ class BodyContact:
 
     def state(self) -> dict[str, np.ndarray]:
         """What the next step depends on; also what sleeps, and until when, since that bounds how far it may go."""
-        held = {name: getattr(self, name).to_numpy() for name in ("slip", "along", "seen", "until")}
+        held = {name: getattr(self, name).to_numpy() for name in KEPT}
         return {**held, "travelled": np.array(self.body.travelled)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a ``state``, the body being where it was."""
-        for name in ("slip", "along", "seen", "until"):
+        for name in KEPT:
             fields.upload(getattr(self, name), state[name])
         self.body.travelled = float(state["travelled"])
         # what is awake is looked at before it is asked for
@@ -353,9 +428,12 @@ class BodyContact:
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     def end_step(self):
-        """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
-        if self.count > 0 and self.rubs:
-            self._end_step()
+        """Keep how far off the samples are held, and the springs' extension, cut to what friction can hold; what has
+        left the body forgets its spring."""
+        if self.count > 0:
+            self.kept.copy_from(self.further)
+            if self.rubs:
+                self._end_step()
 
     @ti.kernel
     def _end_step(self):

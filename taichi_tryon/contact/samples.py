@@ -7,7 +7,7 @@ integrates pressure exactly up to cubic.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,13 +23,15 @@ class Samples:
     """Points of the cloth: ``vertices`` (ns, 3) ids, barycentric ``weights`` (ns, 3), ``areas`` (ns,) [m^2], ``spans``
     (ns,) [m^2]: where the skin has the curvature c, a triangle whose samples are c times that off it is outside.
 
-    The first come the vertices (one weight is 1), then edges in the order of ``edges``, then triangles.
+    The first come the vertices (one weight is 1), then edges in the order of ``edges``, then triangles; ``of_triangle``
+    (nt, 7) are those of each triangle: its corners, its edges, its centroid.
     """
 
     vertices: np.ndarray
     weights: np.ndarray
     areas: np.ndarray
     spans: np.ndarray
+    of_triangle: np.ndarray = field(default_factory=lambda: np.zeros((0, 7), int))
 
     @staticmethod
     def none() -> Samples:
@@ -61,4 +63,5 @@ class Samples:
             ),
             areas=np.concatenate([of_vertex, of_edge, areas * CENTROID]),
             spans=np.concatenate([at_vertex, at_edge, spans]),
+            of_triangle=np.column_stack([triangles, nv + triangle_edges, nv + len(edges) + np.arange(len(triangles))]),
         )

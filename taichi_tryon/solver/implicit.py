@@ -201,6 +201,7 @@ class ImplicitStep:
         self.way.gone_from(self.x_start)
         self._restore()
         self.contact.end_step()
+        self.contact.kept.fill(0.0)
         self.elastic.rub(False)
         self.elastic.end_step()
         self.elastic.rub(True)

@@ -6,7 +6,7 @@ import taichi as ti
 
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
-from taichi_tryon.contact.body import BodyContact
+from taichi_tryon.contact.body import CLEAR, FURTHER, BodyContact
 from taichi_tryon.contact.offset import FIRM, YIELDING
 from taichi_tryon.contact.samples import Samples
 
@@ -51,6 +51,51 @@ def test_where_the_skin_bulges_samples_are_held_further_off(felt, flat, law, sam
     felt.start(flat(law.thickness - DEPTH))
     felt.law.bind(1, 0.0)
     assert felt.law.raised.to_numpy() == pytest.approx(0, abs=1e-12)
+
+
+@pytest.fixture
+def held(felt, flat):
+    """Starts a step where the piece lies level above, or below, the top of the ball; how much further off than by the
+    skin's curvature each sample is held, and the triangles that touch it."""
+
+    def at(height, kept=True) -> np.ndarray:
+        felt.start(flat(1.1 + height))
+        felt.law.bind(1, 0.0)
+        if kept:
+            felt.law.end_step()
+        return felt.law.further.to_numpy()
+
+    yield at
+    felt.law.firm()
+    for field in (felt.law.kept, felt.law.further, felt.law.raised):
+        field.fill(0.0)
+
+
+def test_what_is_found_in_the_body_is_held_further_off(held, felt, law, samples):
+    middle = int(np.argmin(felt.law.gap.to_numpy())) if held(-3e-4, kept=False).any() else -1
+    assert felt.law.further.to_numpy()[middle] == pytest.approx(3e-4, abs=1e-6)
+    bulge = samples.spans[middle] / 0.1
+    assert felt.law.raised.to_numpy()[middle] == pytest.approx(bulge + 3e-4, rel=1e-2)
+    assert felt.law.depth.to_numpy()[middle] == pytest.approx(law.thickness + bulge + 6e-4, rel=1e-2)
+    # a step that has not been accepted leaves nothing
+    assert held(-3e-4)[middle] == pytest.approx(3e-4, abs=1e-6)
+    assert held(-3e-4)[middle] == pytest.approx(6e-4, abs=2e-6)
+    assert held(-9e-4)[middle] == FURTHER
+    # neither in nor clear of it
+    assert held(0.5 * CLEAR)[middle] == FURTHER
+    # let down by what it is clear of it, and forgotten off the body
+    assert held(3 * CLEAR)[middle] == pytest.approx(FURTHER - 2 * CLEAR, abs=5e-6)
+    assert held(0.01).max() == 0
+
+
+def test_clear_of_the_body_nothing_is_held_further_off(held, felt, law):
+    assert held(0.2 * law.thickness).max() == 0
+    assert (felt.law.depth.to_numpy() > 0).any()
+
+
+def test_what_is_forced_on_is_not_held_further_off(held, felt):
+    felt.law.firm(False)
+    assert held(-3e-4).max() == 0
 
 
 def test_off_the_body_nothing_is_felt(felt, flat, law):

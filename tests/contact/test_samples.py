@@ -52,3 +52,13 @@ def test_cubics_are_integrated_exactly(samples, make_sheet, function, exact):
     points = make_sheet(0.02, 0.02, 0.01).points
     at = np.einsum("sk,ska->sa", samples.weights, points[samples.vertices])
     assert samples.areas @ function(at[:, 0], at[:, 1]) == pytest.approx(exact, rel=1e-12)
+
+
+def test_a_triangle_knows_its_samples(samples, cloth):
+    points = np.random.default_rng(1).normal(size=(cloth.vertex_count, 3))
+    at = np.einsum("sk,ski->si", samples.weights, points[samples.vertices])
+    for corners, own in zip(cloth.triangles, samples.of_triangle, strict=True):
+        p = points[corners]
+        middles = sorted(map(tuple, (p + np.roll(p, 1, axis=0)) / 2))
+        assert np.array_equal(at[own[:3]], p) and at[own[6]] == pytest.approx(p.mean(axis=0))
+        assert np.array(sorted(map(tuple, at[own[3:6]]))) == pytest.approx(np.array(middles))
