@@ -1,7 +1,7 @@
 """Whether a step goes on beyond its Newton iterations, since it would end with cloth in the body.
 
-What is pressed on the skin, or caught between two limbs, may stay in it however long one goes on. Where that was so,
-the next steps do not go on for what is as deep as that.
+What is pressed hard on the skin may stay a little in it however long one goes on. Where that was so, the next steps do
+not go on for what is as deep as that.
 """
 
 import numpy as np
@@ -12,6 +12,8 @@ from taichi_tryon.solver.settings import StepSettings
 STUCK = 0.9
 # so many times as deep as what is stuck: it is something else
 DEEPER = 2.0
+# what is deeper is not left to wait [m]
+LITTLE = 1e-4
 # steps, or stages of one, after which what was stuck is tried again
 WAIT = 7
 
@@ -38,7 +40,7 @@ class Leaving:
         if iterations < settings.max_newton_iterations:
             return True
         inside = self.contact.inside()
-        goes = iterations < settings.max_newton_inside and inside > DEEPER * self.stuck
+        goes = iterations < settings.max_newton_inside and inside > min(DEEPER * self.stuck, LITTLE)
         if goes and self._first is None:
             self._first = inside
         self._least = min(self._least, inside)

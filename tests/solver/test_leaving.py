@@ -58,6 +58,10 @@ def test_what_is_much_deeper_is_not_what_is_stuck(course):
     assert course([1e-5]) == 2
 
 
+def test_what_is_deep_is_tried_in_every_step(course):
+    assert [course([2e-4]) for _ in range(3)] == [8, 8, 8]
+
+
 def test_what_jumps_back_in_is_not_stuck_there(course):
     """Only what never was less deep is: not that at which the stage ended."""
     assert course([1e-5, 1e-5, 1e-5, 5e-4]) == 8
