@@ -42,9 +42,15 @@ main(["view", "scene.yaml", "--arch", "cpu"])
 
 
 @pytest.fixture(scope="module")
-def only_live(make_cone_scene):
+def cone(make_cone_scene) -> dict:
+    """Without the coarse space, which takes long to compile."""
+    return {**make_cone_scene(), "solver": {"preconditioner": "block_jacobi"}}
+
+
+@pytest.fixture(scope="module")
+def only_live(cone):
     clock = Stopwatch()
-    return Live(Simulation(prepare(SceneSpec.model_validate(make_cone_scene()), clock), clock))
+    return Live(Simulation(prepare(SceneSpec.model_validate(cone), clock), clock))
 
 
 @pytest.fixture
@@ -109,8 +115,8 @@ def test_without_a_display_nothing_is_prepared(make_cone_scene, monkeypatch):
 
 
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="no Xvfb here")
-def test_window_runs_resets_and_closes(make_cone_scene, tmp_path):
-    (tmp_path / "scene.yaml").write_text(json.dumps(make_cone_scene()))
+def test_window_runs_resets_and_closes(cone, tmp_path):
+    (tmp_path / "scene.yaml").write_text(json.dumps(cone))
     read, write = os.pipe()
     command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24"]
     server = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)

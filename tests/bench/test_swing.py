@@ -14,7 +14,8 @@ from taichi_tryon.bench.simulate import simulate
 def hanging():
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(Path(__file__).parents[2])
-        return simulate("swing", f"garments.0.fabric.tensile_warp_gf_per_cm={STIFF}", "mesh.edge_length_mm=100")
+        stiff, coarse = f"garments.0.fabric.tensile_warp_gf_per_cm={STIFF}", "mesh.edge_length_mm=100"
+        return simulate("swing", stiff, coarse, "solver.preconditioner=block_jacobi")
 
 
 def test_the_push_lifts_to_45_degrees_and_its_energy_stays(hanging):

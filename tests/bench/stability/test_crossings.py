@@ -7,7 +7,7 @@ import pytest
 
 from taichi_tryon.bench.stability import crossings
 
-SHORT = ("mesh.edge_length_mm=20", "drape.duration_s=0.8")
+SHORT = ("mesh.edge_length_mm=20", "drape.duration_s=0.8", "solver.preconditioner=block_jacobi")
 
 
 @pytest.fixture(autouse=True)

@@ -31,9 +31,10 @@ def test_every_cell_is_a_sound_scene_of_its_own():
     names = [(cell.scene, cell.stress, cell.level) for cell in every]
     assert len(set(names)) == len(names)
     assert {cell.scene for cell in every} == set(SCENES)
+    plains = {name: load_scene(f"configs/{path}", settings) for name, (path, settings) in SCENES.items()}
     for cell in every:
         path, settings = SCENES[cell.scene]
-        plain = load_scene(f"configs/{path}", settings)
+        plain = plains[cell.scene]
         changed = load_scene(
             f"configs/{path}", (*settings, *cells_module._scaled(plain, cell.change), *cell.change.settings)
         )
