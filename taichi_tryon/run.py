@@ -183,7 +183,8 @@ class _Run:
         limit, p = self.simulation.scene.settle.residual, self.simulation.progress
         if self.simulation.settled:
             if pinched := self._pinched():
-                return "failed", pinched
+                self.log.warning(pinched)
+                self.warnings.append(pinched)
             return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
         if limit_is_off(self.simulation.scene):
             return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"

@@ -9,6 +9,7 @@ import numpy as np
 from taichi_tryon import fields, kernel_loops
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
+from taichi_tryon.contact.body import SHALLOW
 from taichi_tryon.errors import NoStep
 from taichi_tryon.setup import Setup
 from taichi_tryon.solver.implicit import ImplicitStep
@@ -28,6 +29,8 @@ GET_OUT = 4
 BODY_MOVE = 6e-3
 # part of the stored energy by which it may rise where no smaller rise leads on
 OVER_A_JUMP = 0.1
+# so often cloth that has settled in the body between its samples is held further off there, and settles again
+LIFTS = 3
 # the longest step of settling [s], where there is no inertia left to follow
 LONGEST_SETTLING_STEP = 1.0
 
@@ -48,6 +51,8 @@ class Progress:
     calm_steps: int = 0
     residual: float = np.inf
     moved: float = 0.0  # [m], the farthest that the last step took a vertex
+    lifts: int = 0
+    lifting: bool = False  # whether the next step of settling holds cloth further off
 
 
 class Simulation:
@@ -219,6 +224,7 @@ class Simulation:
         self.stepper.settings = settings.get(phase, self._moving)
         self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
         self.stepper.contact.firm(phase != "dress")
+        self._set_looks()
         if self.stepper.rubbing:
             self.stepper.rubbing.coefficient[None] = scene.contact.layers.friction * (phase != "dress")
         # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
@@ -254,7 +260,15 @@ class Simulation:
             return p.phase_time >= self.setup.end_time - 1e-9
         with self.clock("solve"):
             p.residual = self.stepper.balance()
-        return self.settled or p.phase_steps >= scene.settle.max_steps
+        p.lifting = self.settled and p.lifts < LIFTS and self.stepper.contact.pierced()
+        p.lifts += p.lifting
+        self._set_looks()
+        return (self.settled and not p.lifting) or p.phase_steps >= scene.settle.max_steps
+
+    def _set_looks(self) -> None:
+        """While cloth settles, how far off it is held must stay, or it never rests."""
+        looks = {"dress": 0.0, "settle": SHALLOW * self.progress.lifting}
+        self.stepper.contact.looks = looks.get(self.progress.phase, np.inf)
 
     def _next_phase(self) -> None:
         p = self.progress

@@ -302,7 +302,7 @@ def test_an_output_folder_that_cannot_be_made_is_told_at_once(place):
 
 
 @pytest.mark.parametrize(("depth", "limbs", "said"), [(0.0, "ab", False), (1e-3, None, False), (1e-3, "ab", True)])
-def test_cloth_in_the_body_where_limbs_meet_is_no_success(depth, limbs, said):
+def test_cloth_in_the_body_where_limbs_meet_is_told(depth, limbs, said):
     corners = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [9, 9, 9]])
     one = object.__new__(_Run)
     one.observer = SimpleNamespace(probe=SimpleNamespace(look=lambda: (np.array([0.0, depth]), None, None)))

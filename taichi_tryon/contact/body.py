@@ -29,6 +29,8 @@ HIGHEST = 1.0
 FURTHER = 1e-3
 # how far apart [m] it is looked for, and how far outside it may be before samples are let down again
 LOOK, CLEAR = 2e-3, 2e-4
+# what rests deeper in the body than this [m] is held there, and would be so further off
+SHALLOW = 2e-4
 # further off than this from the contact offset [m], a sample's gap need not be exact
 BAND = 2e-3
 # what goes into a checkpoint
@@ -84,6 +86,8 @@ class BodyContact:
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
         self.sums, self.corners = fields.sums(2), np.empty((fields.CHUNKS, 6))
+        # how deep [m] cloth may be that each step looks for in the body, between the samples; 0: it does not look
+        self.looks = np.inf
         # greatest depth [m] of a sample below the offset where the energy was last asked for
         self.deepest = 0.0
 
@@ -114,6 +118,14 @@ class BodyContact:
         if self.last[None] != last:
             # all must be looked at again, also what lies still
             self.last[None], self._placed = last, -1
+
+    def pierced(self) -> bool:
+        """Whether cloth that touches the body is in it somewhere, by a dense look, no deeper than ``SHALLOW``."""
+        if not self.triangles:
+            return False
+        self._find()
+        found = self.found.to_numpy()
+        return bool(((found > 0.0) & (found <= SHALLOW)).any())
 
     def cover(self):
         """Tell a body that leaves out what is out of reach where it is asked for: where the cloth is."""
@@ -291,7 +303,7 @@ class BodyContact:
     def _raise(self):
         """Hold the samples so far off that the flat triangles around them stay outside of where the skin bulges."""
         for s in range(self.count):
-            self.further[s], self.found[s] = 0.0, -ti.math.inf
+            self.further[s] = 0.0
             if self.gap[s] <= self._reach(s):
                 t, foot = self.thickness[None], self._at(self.x, s) - self.gap[s] * self.normal[s]
                 bulge = self.span[s] * self.body.curvature(foot, self.winner[s])
@@ -303,6 +315,8 @@ class BodyContact:
     @shared_if_many
     def _find(self):
         """How deep the triangles around each sample are in the body: those that could be."""
+        for s in range(self.count):
+            self.found[s] = -ti.math.inf
         for t in range(self.triangles):
             near, caught, highest = False, False, HIGHEST * self.thickness[None]
             for k in ti.static(range(7)):
@@ -319,27 +333,28 @@ class BodyContact:
 
     @ti.func
     def _deepest(self, t: int) -> float:
-        """Depth [m] in the body of the deepest point of triangle t; what is far outside need not be exact."""
+        """Depth [m] of the deepest point of triangle t below the skin of the group that it is in, to first order: where
+        another limb is beside it, the way out of both may be far longer."""
         corner = self.of_triangle[t]
         a, b, c = self.x[corner[0]], self.x[corner[1]], self.x[corner[2]]
         side = ti.sqrt(ti.max((b - a).norm_sqr(), (c - b).norm_sqr(), (a - c).norm_sqr()))
         n, deepest = ti.max(1, ti.cast(ti.ceil(side / LOOK), ti.i32)), -ti.cast(ti.math.inf, float)
         for i in range(n + 1):
             for j in range(n + 1 - i):
-                gap, _, _, _ = self.body.gap_within(a + (b - a) * (i / n) + (c - a) * (j / n), CLEAR, -1)
+                gap, _, _, _ = self.body.gap_within(a + (b - a) * (i / n) + (c - a) * (j / n), -ti.math.inf, -1)
                 deepest = ti.max(deepest, -gap)
         return deepest
 
     @ti.kernel
     @shared_if_many
-    def _lift(self, yet: int, moves: int):
-        """Hold the samples further off by as much as the triangles around them are in the body, less far by what they
-        are clear of it; feel the change."""
+    def _lift(self, most: float, moves: int):
+        """Hold the samples further off by as much as the triangles around them are in the body, where that is not more
+        than ``most`` [m], less far by what they are clear of it; feel the change."""
         for s in range(self.count):
             if self.gap[s] <= self._reach(s):
                 found = self.found[s]
                 change = found if found > 0.0 else ti.min(found + CLEAR, 0.0)
-                if yet == 1 and change != 0.0:
+                if 0.0 < most and found <= most and change != 0.0:
                     further = ti.math.clamp(self.further[s] + change, 0.0, FURTHER)
                     self.raised[s] += further - self.further[s]
                     self.further[s] = further
@@ -376,11 +391,11 @@ class BodyContact:
         if self.count == 0:
             return
         if first:
-            yet = self.last[None] == offset.FIRM
+            looks = self.looks > 0.0 and self.triangles > 0
             self._raise()
-            if yet and self.triangles:
+            if looks:
                 self._find()
-            self._lift(int(yet), int(self.body.moves))
+            self._lift(self.looks if looks else 0.0, int(self.body.moves))
         if self.rubs:
             self._bind(first, ahead)
 

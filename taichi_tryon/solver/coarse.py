@@ -10,7 +10,6 @@ overcorrection by aggregation for solving discrete elliptic problems").
 import numpy as np
 import taichi as ti
 from scipy.linalg import lapack
-from threadpoolctl import ThreadpoolController
 
 from taichi_tryon import fields
 from taichi_tryon.kernel_loops import shared_if_many
@@ -56,7 +55,6 @@ class CoarseSpace:
         self.inverse = ti.Vector.field(ROWS, ti.f32, shape=(self.row_blocks, self.size))
         self.restricted = ti.field(ti.f32, shape=self.size)
         self.corrected = ti.field(ti.f32, shape=self.row_blocks * ROWS)
-        self.blas = ThreadpoolController()
 
     def _pattern(self, patch: np.ndarray, tables: fields.Tables):
         """Which blocks of the matrix make up each block of E, of the patches I <= J."""
@@ -171,14 +169,11 @@ class CoarseSpace:
 
     def update(self):
         """Gather and invert E for the matrix and positions as they are."""
-        # one thread: those of the BLAS would fight Taichi's for the cores, at a hundred times the work's own cost
-        with self.blas.limit(limits=1, user_api="blas"):
-            fault = self._factor(SHIFT) and self._factor(GREATER_SHIFT)
-            if fault:
-                self.entries.fill(0.0)
-            else:
-                # in place, and the transpose, since LAPACK counts by columns
-                lapack.spotri(self.entries.T, lower=1, overwrite_c=1)
+        if self._factor(SHIFT) and self._factor(GREATER_SHIFT):
+            self.entries.fill(0.0)
+        else:
+            # in place, and the transpose, since LAPACK counts by columns
+            lapack.spotri(self.entries.T, lower=1, overwrite_c=1)
         self._take(self.entries)
 
     def _factor(self, shift: float) -> int:
