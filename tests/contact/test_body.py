@@ -65,8 +65,9 @@ def held(felt, flat):
             felt.law.end_step()
         return felt.law.further.to_numpy()
 
+    looks = felt.law.looks
     yield at
-    felt.law.firm()
+    felt.law.looks = looks
     for field in (felt.law.kept, felt.law.further, felt.law.raised):
         field.fill(0.0)
 
@@ -93,9 +94,18 @@ def test_clear_of_the_body_nothing_is_held_further_off(held, felt, law):
     assert (felt.law.depth.to_numpy() > 0).any()
 
 
-def test_what_is_forced_on_is_not_held_further_off(held, felt):
-    felt.law.firm(False)
-    assert held(-3e-4).max() == 0
+@pytest.mark.parametrize(("looks", "further"), [(0.0, 0.0), (2.9e-4, 0.0), (3.1e-4, 3e-4)])
+def test_what_is_deeper_than_is_looked_for_is_not_held_further_off(held, felt, looks, further):
+    felt.law.looks = looks
+    held_off = held(-3e-4)
+    assert held_off[np.argmin(felt.law.gap.to_numpy())] == pytest.approx(further, abs=1e-6)
+
+
+@pytest.mark.parametrize(("depth", "said"), [(-1e-5, False), (1e-4, True), (1e-3, False)])
+def test_what_rests_a_little_in_the_body_is_told(held, felt, depth, said):
+    felt.law.looks = 0.0
+    held(-depth)
+    assert felt.law.pierced() == said
 
 
 def test_off_the_body_nothing_is_felt(felt, flat, law):
