@@ -238,6 +238,22 @@ def test_a_loose_tube_stays_up_by_its_elastics_alone():
     assert 0.3 * (seen.contact_pressures @ seen.contact_areas) > weight
 
 
+def test_cloth_between_two_limbs_comes_to_rest_half_way_between_them():
+    """They leave it no room; pushed out of the one into the other by turns, it never did."""
+    changes = ["mesh.edge_length_mm=20", "solver.preconditioner=block_jacobi", "motion.1.duration_s=0.1",
+               "drape.duration_s=0"]  # fmt: skip
+    clock = Stopwatch()
+    simulation = Simulation(prepare(load_scene(ROOT / "configs/validation/pinch.yaml", changes), clock), clock)
+    while not simulation.finished:
+        simulation.advance()
+    x = simulation.stepper.x.to_numpy()
+    balls = simulation.setup.body.posed(simulation.transforms)
+    depths = np.array([-gap(balls, x, (group,)) for group in (0, 1)])
+    caught = (depths > 5e-4).all(axis=0)
+    assert simulation.settled and caught.sum() > 20 and depths[:, caught].max() > 2e-3
+    assert depths[0, caught] == pytest.approx(depths[1, caught], abs=5e-5)
+
+
 def test_rounding_is_what_the_last_digits_make_and_changes_nothing(simulation, course):
     """At least as much as a change of positions a million times as great makes, over a million; where cloth lies on a
     body, rounding of its distance adds to that."""
