@@ -9,7 +9,7 @@ import numpy as np
 from taichi_tryon import fields, kernel_loops
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
-from taichi_tryon.contact.body import SHALLOW
+from taichi_tryon.contact.raising import SHALLOW
 from taichi_tryon.errors import NoStep
 from taichi_tryon.setup import Setup
 from taichi_tryon.solver.implicit import ImplicitStep

@@ -6,8 +6,9 @@ import taichi as ti
 
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
-from taichi_tryon.contact.body import CLEAR, FURTHER, BodyContact
+from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.offset import FIRM, YIELDING
+from taichi_tryon.contact.raising import CLEAR, FURTHER
 from taichi_tryon.contact.samples import Samples
 
 DEPTH = 1e-4
