@@ -1,4 +1,4 @@
-"""Where limbs run into each other: no cloth can lie in the crease between them.
+"""Where limbs run into each other: cloth in the crease between them has no room outside both.
 
 Groups that are joined share balls, so that where their skins cross (armpit, hip, crotch) these are nearly one. Where
 limbs run into each other their skins cross at a sharp crease.
