@@ -29,6 +29,8 @@ GET_OUT = 4
 BODY_MOVE = 6e-3
 # part of the stored energy by which it may rise where no smaller rise leads on
 OVER_A_JUMP = 0.1
+# part of settle.residual to which a step of settling is solved: what slips at its end may change it a little
+SETTLED = 0.9
 # so often cloth that has settled in the body between its samples is held further off there, and settles again
 LIFTS = 3
 # the longest step of settling [s], where there is no inertia left to follow
@@ -82,7 +84,7 @@ class Simulation:
         self._dressing = replace(few, linear_tolerance=max(DRESSING_TOLERANCE, few.linear_tolerance))
         self._settling = replace(
             few,
-            tolerance=0.3 * scene.settle.residual,
+            tolerance=SETTLED * scene.settle.residual,
             max_newton_iterations=2 * solver.max_newton_iterations,
         )
         with clock("body"):

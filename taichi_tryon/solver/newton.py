@@ -29,6 +29,9 @@ LOCAL_SIZE = 8
 WAIT = 7
 # Newton iterations that share a coarse space
 REFRESH = 2
+# at rest, the part of the force along the way that is left at its end from which on it is gone further, how much
+# further at a time at most, and how often
+HARDLY_LESS, FURTHER, TIMES = 0.5, 8.0, 4
 
 
 @dataclass
@@ -76,13 +79,46 @@ class Newton:
             if not self._descend(before):
                 break
             progress = True
-            phi.bind()
-            s.residual = self.slope()[0]
+            force = self.way.along(self.linear.b)
+            s.residual = self._arrived()
+            if ahead == 0.0 and self.way.part == 1.0:
+                self._go_further(force)
             if s.residual <= settings.tolerance or not self.leaving.goes_on(s.newton_iterations, settings):
                 break
         self.leaving.end()
         s.found = bool(np.isfinite(s.residual) and (progress or s.residual <= settings.tolerance))
         return s
+
+    def _arrived(self) -> float:
+        """The residual where the cloth has gone, contact being as stiff as it is there."""
+        self.potential.bind()
+        return self.slope()[0]
+
+    def _go_further(self, force: float) -> None:
+        """Go on along the way, along which the ``force`` was so great [J], where it has hardly become less.
+
+        Cloth that buckles has hardly any stiffness that way, or less than none, while the matrix is made positive:
+        direction after direction is the same one and too short by tenfold. How far to go is where the force would be
+        zero, were it to go on falling as it did, as far as Phi falls.
+        """
+        phi, s = self.potential, self.solution
+        for _ in range(TIMES):
+            left = self.way.along(self.linear.b) / force
+            if not left > HARDLY_LESS or s.residual <= self.settings.tolerance:
+                return
+            times = min(left / (1.0 - left), FURTHER) if left < 1.0 else FURTHER
+            before = phi.value()
+            if not self.way.aim(self.way.path, self.settings.longest_move, times):
+                return
+            if self.layers is not None:
+                self.way.keep_apart()
+            force = self.way.along(self.linear.b)
+            went = self._look(1.0) <= before
+            if not went:
+                self._look(0.0)
+            s.residual = self._arrived()
+            if not went:
+                return
 
     def state(self) -> dict[str, np.ndarray]:
         """What the next step depends on."""
@@ -123,7 +159,8 @@ class Newton:
         self.way.aim(self.linear.d, 1e-6)
         if self.layers is not None:
             self.layers.compile(self.linear.b)
-            self.way.along(self.linear.b)
+        self.way.along(self.linear.b)
+        self.way.aim(self.way.path, 1e-6)
         self.way.go(0.0)
         self.way.start()
         self.way.arrive()

@@ -60,10 +60,11 @@ class Way:
         self._measure(start, 0.0, self.sums)
         return self._longest()
 
-    def aim(self, direction, longest_move: float) -> bool:
-        """Start along a ``direction``, no vertex that is near the body further than ``longest_move`` [m], and look who
-        may meet there; whether the direction is finite."""
-        share = self._share(direction, longest_move)
+    def aim(self, direction, longest_move: float, times: float = 1.0) -> bool:
+        """Start along so many ``times`` a ``direction``, which may be the path that has been gone, no vertex that is
+        near the body further than ``longest_move`` [m], and look who may meet there; whether the direction is
+        finite."""
+        share = self._share(direction, longest_move, times)
         if share == 0.0:
             return False
         self._aim(share, direction)
@@ -81,11 +82,11 @@ class Way:
             self.keep_apart()
         return share
 
-    def _share(self, vectors, longest_move: float) -> float:
+    def _share(self, vectors, longest_move: float, most: float = 1.0) -> float:
         """The share of a field of vectors that may be gone at once, 0 where one is not finite."""
         self._find_excess(vectors, self.sums, longest_move, self.contact.body.travelled)
         excess = float(self.sums.max())
-        return min(1.0, 1.0 / max(excess, 1e-30)) if excess < HUGE else 0.0
+        return min(most, 1.0 / max(excess, 1e-30)) if excess < HUGE else 0.0
 
     def _strayed(self) -> float:
         """How far the cloth is [m] from where ``go`` left it."""
