@@ -219,18 +219,13 @@ class Newton:
         the rest of the cloth: then the shortest share is gone if Phi rises by no more than a ``tolerated`` part of what
         is stored.
         """
-        share, slope = 1.0, None
-        while True:
-            rise = self._look(share) - before
-            if rise <= self.rounding * abs(before):
-                return True
+        share = 1.0
+        while (rise := self._look(share) - before) > self.rounding * abs(before) or not np.isfinite(rise):
             if share <= LEAST_SHARE:
                 break
-            if slope is None:
-                slope = -self.way.along(self.linear.b)
-            # where the parabola with this slope and this rise is least
-            best = -slope * share * share / (2 * (rise - slope * share)) if np.isfinite(rise) and slope < 0 else 0.0
-            share = max(min(best, 0.5 * share), 0.1 * share, LEAST_SHARE)
+            share *= 0.5
+        else:
+            return True
         if rise <= tolerated * self.potential.stored():
             return True
         self._look(0.0)
