@@ -23,6 +23,9 @@ PHASES = ("dress", "drape", "move", "settle")
 DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
 # the linear tolerance of dressing, whose way matters little: ten times less takes as many steps
 DRESSING_TOLERANCE = 0.1
+# that of settling, whose end does not depend on it: five times less takes as many steps, and half as many iterations
+# again
+SETTLING_TOLERANCE = 0.05
 # so many times the Newton iterations while draping and moving, where a step would end with cloth in the body
 GET_OUT = 4
 # the body moves no further between two steps [m]
@@ -85,6 +88,7 @@ class Simulation:
         self._settling = replace(
             few,
             tolerance=SETTLED * scene.settle.residual,
+            linear_tolerance=max(SETTLING_TOLERANCE, few.linear_tolerance),
             max_newton_iterations=2 * solver.max_newton_iterations,
         )
         with clock("body"):

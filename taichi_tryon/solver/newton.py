@@ -112,8 +112,9 @@ class Newton:
                 return
             if self.layers is not None:
                 self.way.keep_apart()
+            # all of it, or where it stretches on turning a quarter
             force = self.way.along(self.linear.b)
-            went = self._look(1.0) <= before
+            went = self._look(1.0) <= before or self._look(0.25) <= before
             if not went:
                 self._look(0.0)
             s.residual = self._arrived()
