@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 from taichi_tryon import runtime
 from taichi_tryon.body.model import Body
@@ -27,6 +28,23 @@ from taichi_tryon.mesh.triangulate import triangulate
 
 # read by Taichi at each start, also of the processes that inherit it
 os.environ["TI_CFG_OPTIMIZATION"] = "0"
+
+
+class ByKernels(LoadScopeScheduling):
+    """Files whose tests share simulations stay in one process, which compiles these once; others come as they are."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return "tests/solver" if file.startswith("tests/solver/") else file
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByKernels(config, log)
+
+
+def pytest_collection_modifyitems(items):
+    """What takes long first, so that processes end together: whole runs, then what the solver's files share."""
+    items.sort(key=lambda item: (len(item.path.parts), item.path.parent.name != "solver"))
 
 
 @pytest.fixture(scope="session", autouse=True)
