@@ -1,5 +1,9 @@
 """Taichi is started once for the whole session, in f64 and with a cache of its own: compiling is what costs.
 
+Kernels are compiled without Taichi's analysis of control flow, a third of the compiler's work, here and in the
+processes that tests start: LLVM optimises as ever, and scenes end with the same bits. What users run has it; so have
+the runs of test_run.py, which are users' from end to end.
+
 Here is also what several folders need: sheets of the paper's fabric, a body with exact surfaces, a scene of seconds.
 """
 
@@ -11,6 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 from taichi_tryon import runtime
 from taichi_tryon.body.model import Body
@@ -20,6 +25,26 @@ from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.bands import Tapes
 from taichi_tryon.mesh.topology import Topology
 from taichi_tryon.mesh.triangulate import triangulate
+
+# read by Taichi at each start, also of the processes that inherit it
+os.environ["TI_CFG_OPTIMIZATION"] = "0"
+
+
+class ByKernels(LoadScopeScheduling):
+    """Files whose tests share simulations stay in one process, which compiles these once; others come as they are."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return "tests/solver" if file.startswith("tests/solver/") else file
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByKernels(config, log)
+
+
+def pytest_collection_modifyitems(items):
+    """What takes long first, so that processes end together: whole runs, then what the solver's files share."""
+    items.sort(key=lambda item: (len(item.path.parts), item.path.parent.name != "solver"))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -214,7 +214,7 @@ class BodyField:
         depth, normal = -ti.cast(self.far, float), ti.Vector.zero(float, 3)
         group, steepness, value = 0, ti.cast(0.0, float), sums.max()
         if only >= 0:
-            value = sums[only]
+            value = sums[ti.max(only, 0)]  # not -1 for any compiler
         for g in ti.static(range(self.groups)):
             steep = 6 * inwards[g, :].norm()
             if steep > 1e-9 and (g == only or (only < 0 and (value <= 1 or sums[g] == value))):

@@ -195,7 +195,7 @@ class BodyContact(Raising):
     @shared_if_many
     def _carry(self, part: float):
         for i in range(self.nv):
-            gap, _, winner, _ = self.body.gap_within(self.x[i], 0.0, -1)
+            gap, _normal, winner, _density = self.body.gap_within(self.x[i], 0.0, -1)
             share = part * ti.math.clamp(1.0 - gap / CARRIED, 0.0, 1.0)
             if share > 0.0:
                 self.x[i] += share * self.body.motion(self.x[i], winner)
@@ -327,7 +327,7 @@ class BodyContact(Raising):
         if self.depth[s] > 0.0:
             n, v = self._across(s), self._at(self.v, s)
             # without friction there is no spring, not even where nothing has slipped yet
-            depth, _, _, _ = self._pushes(s)
+            depth, _other, _push, _beside = self._pushes(s)
             self.stick[s] = self._steepness(depth) * self.area[s] if self.friction[None] > 0.0 else 0.0
             self.limit[s] = self.friction[None] * self._pressure(depth) * self.area[s]
             drag = self.drag[s] + ahead * (v - n * n.dot(v))
@@ -369,7 +369,7 @@ class BodyContact(Raising):
         for s in range(self.count):
             slip = ti.Vector([0.0, 0.0, 0.0])
             if self.depth[s] > 0.0:
-                depth, _, _, _ = self._pushes(s)
+                depth, _other, _push, _beside = self._pushes(s)
                 slip = dry.kept(self.drag[s], self.friction[None] * self._pressure(depth) / self._steepness(depth))
             self.slip[s] = slip
 
@@ -410,7 +410,7 @@ class BodyContact(Raising):
             total, deepest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
             for s in range(low, high):
                 if self.depth[s] > 0.0:
-                    one, other, _, _ = self._pushes(s)
+                    one, other, _push, _beside = self._pushes(s)
                     deepest = ti.max(deepest, ti.cast(one, ti.f64))
                     total += (self._stored(one) + self._stored(other)) * self.area[s]
                     if ti.static(self.rubs):
@@ -441,5 +441,5 @@ class BodyContact(Raising):
     def _tell_pressures(self, result: ti.types.ndarray()):
         for s in range(self.count):
             if self.depth[s] > 0.0:
-                depth, _, _, _ = self._pushes(s)
+                depth, _other, _push, _beside = self._pushes(s)
                 result[s] = self._pressure(depth)

@@ -32,7 +32,7 @@ class Probe:
                 for j in range(n + 1 - i):
                     point = a + (b - a) * (i / n) + (c - a) * (j / n)
                     samples += 1
-                    gap, _, _, density = self.body.gap_within(point, 0.0, -1)
+                    gap, _normal, _winner, density = self.body.gap_within(point, 0.0, -1)
                     if density > 1.0:
                         depth = ti.max(depth, -gap)
                         inside += 1
@@ -47,7 +47,7 @@ class Probe:
     @shared
     def _gaps(self):
         for i in range(self.gap.shape[0]):
-            gap, _, _ = self.body.gap(self.x[i])
+            gap, _normal, _winner = self.body.gap(self.x[i])
             self.gap[i] = gap
 
     def gaps(self) -> np.ndarray:

@@ -76,7 +76,8 @@ class Raising:
         n, deepest = ti.max(1, ti.cast(ti.ceil(side / LOOK), ti.i32)), -ti.cast(ti.math.inf, float)
         for i in range(n + 1):
             for j in range(n + 1 - i):
-                gap, _, _, _ = self.body.gap_within(a + (b - a) * (i / n) + (c - a) * (j / n), -ti.math.inf, -1)
+                point = a + (b - a) * (i / n) + (c - a) * (j / n)
+                gap, _normal, _winner, _density = self.body.gap_within(point, -ti.math.inf, -1)
                 deepest = ti.max(deepest, -gap)
         return deepest
 

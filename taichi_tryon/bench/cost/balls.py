@@ -83,7 +83,7 @@ def query(body: Body, points: int = POINTS) -> float:
     @shared
     def ask():
         for i in range(points):
-            gap, _, _ = field.gap(at[i])
+            gap, _normal, _winner = field.gap(at[i])
             gaps[i] = gap
 
     ask()

@@ -95,10 +95,12 @@ def _judged(simulation: Simulation, may_refuse: bool) -> Outcome:
 
 
 class Ledger:
-    """What energy a cloth holds (motion, strain, contact), and what it was given.
+    """What energy a cloth holds (motion, strain, contact of cloth with cloth), and what it was given.
 
     That is what it held at first, the work of gravity, and that of body and holds that lead it at a speed v over a way
-    h, at most 2 M v^2, as if it bounced off, and M g h. Steps without inertia are not counted.
+    h, at most 2 M v^2, as if it bounced off, and M g h. Steps without inertia are not counted. Nor is what contact with
+    the body stores: as a step begins it sets how far off it holds the cloth, further where cloth was found in the body,
+    and so stores what the cloth was not given, which the step mostly loses. What comes out is motion and strain.
     """
 
     def __init__(self, simulation: Simulation):
@@ -114,6 +116,7 @@ class Ledger:
         """After a step, with inertia (``moved``) or without: ``share`` becomes the greatest part of what it was given
         that the cloth has ever held."""
         held, height = held_and_height(self.simulation.stepper)
+        held -= self.simulation.stepper.contact.energy()
         if self.first is None or not moved:
             self.first = held, height
         given = max(self.first[0] + self.first[1] - height + self.led, 0.0)

@@ -108,6 +108,20 @@ def test_what_goes_wrong_is_seen(monkeypatch, fault):
     assert may == (replace(outcome, kind="refused") if fault == "no step" else outcome)
 
 
+@pytest.mark.parametrize(("motion", "contact", "share"), [(0.4, 0.0, 0.5), (0.4, 5.0, 0.5), (1.2, 0.1, 1.5)])
+def test_what_contact_with_the_body_stores_is_not_the_cloths(monkeypatch, motion, contact, share):
+    """It falls by 0.8 J."""
+    found = iter([(0.0, 1.0), (motion + contact, 0.2)])
+    monkeypatch.setattr(cells_module, "held_and_height", lambda stepper: next(found))
+    monkeypatch.setattr(cells_module, "_led", lambda setup: (0.0, 0.0))
+    stored = iter([0.0, contact])
+    stepper = SimpleNamespace(balance=lambda: 0.0, contact=SimpleNamespace(energy=lambda: next(stored)))
+    setup = SimpleNamespace(cloth=SimpleNamespace(masses=np.ones(3)), scene=SimpleNamespace(gravity_m_s2=[0, -9.8, 0]))
+    ledger = cells_module.Ledger(SimpleNamespace(stepper=stepper, setup=setup))
+    ledger.count(moved=True)
+    assert ledger.share == pytest.approx(share)
+
+
 def test_where_the_digits_end_it_is_said_and_newton_gets_so_far():
     """Ten metres up, positions in single precision are 1 um apart."""
     high = ("solver.precision=f32", "garments.0.sheet.origin_cm=[0, 1000, 0]", "settle.max_steps=40")
