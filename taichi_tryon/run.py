@@ -34,6 +34,8 @@ from taichi_tryon.units import CM, MM
 
 # what a checkpoint holds beside the simulation's own state
 RECORDED = ("frame_index", "skin_pose", "skin_frame", "next_frame")
+# cloth that rests deeper in the body [m] is not worn as it should be
+DEEP = 1e-3
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
 
 
@@ -182,9 +184,9 @@ class _Run:
     def _outcome(self) -> tuple[str, str]:
         limit, p = self.simulation.scene.settle.residual, self.simulation.progress
         if self.simulation.settled:
-            if pinched := self._pinched():
-                self.log.warning(pinched)
-                self.warnings.append(pinched)
+            if inside := self._inside():
+                self.log.warning(inside)
+                self.warnings.append(inside)
             return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
         if limit_is_off(self.simulation.scene):
             return "finished", f"the motion is over; settling was not asked for ({p.steps} steps)"
@@ -193,15 +195,24 @@ class _Run:
             force += f"; rounding of positions alone makes {rounding:.2e}"
         return "failed", f"not settled after settle.max_steps: {force}"
 
-    def _pinched(self) -> str:
-        """What is said of cloth that rests in the body where limbs run into each other; nothing where none does."""
+    def _inside(self) -> str:
+        """What is said of cloth that rests in the body; nothing where none does. Raises RunError where it is DEEP in
+        it though no limbs run into each other there: then a limb may be in the cloth."""
         depths, simulation = self.observer.probe.look()[0], self.simulation
-        deepest = int(np.argmax(depths))
-        corners = simulation.stepper.x.to_numpy()[simulation.setup.cloth.triangles[deepest]]
-        if depths[deepest] == 0 or not (limbs := self._meeting(corners.mean(axis=0))):
+        deepest, cloth = int(np.argmax(depths)), simulation.setup.cloth
+        if depths[deepest] == 0:
             return ""
-        depth = depths[deepest] / MM
-        return f"cloth rests {depth:.2g} mm inside the body where {' and '.join(limbs)} run into each other"
+        at = simulation.stepper.x.to_numpy()[cloth.triangles[deepest]].mean(axis=0)
+        told = f"cloth rests {depths[deepest] / MM:.2g} mm inside the body"
+        if limbs := self._meeting(at):
+            return f"{told} where {' and '.join(limbs)} run into each other"
+        parts = zip(cloth.parts, simulation.setup.garments, strict=True)
+        part, mesh = next((part, garment.mesh) for part, garment in parts if deepest < part.triangles.stop)
+        panel = mesh.panel_names[mesh.panel[deepest - part.triangles.start]]
+        told += f", in {part.name}, panel {panel}, at [{', '.join(f'{x:.1f}' for x in at / CM)}] cm"
+        if depths[deepest] > DEEP:
+            raise RunError(f"{told}; start it further off the body there, or lead body and holds more slowly")
+        return told
 
     def _meeting(self, at: np.ndarray) -> tuple[str, str] | None:
         """The limbs that run into each other around a point (3,) [m]."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from taichi_tryon import blas
-from taichi_tryon.body.model import Body
+from taichi_tryon.body.model import Balls, Body
 from taichi_tryon.body.ranges import beyond
 from taichi_tryon.body.skeleton import Motion, Pose
 from taichi_tryon.body.spec import PoseSpec
@@ -22,6 +22,7 @@ from taichi_tryon.mesh.garment import GarmentMesh, build
 from taichi_tryon.pattern.changes import changed, joined
 from taichi_tryon.pattern.panel import Pattern
 from taichi_tryon.scene.models import GarmentSpec, SceneSpec
+from taichi_tryon.sheet.clear import parted
 from taichi_tryon.sheet.mesh import PANEL, sheet_mesh
 from taichi_tryon.sheet.place import place
 from taichi_tryon.timing import Stopwatch
@@ -90,7 +91,7 @@ def prepare(scene: SceneSpec, clock: Stopwatch) -> Setup:
         edge_length = scene.mesh.edge_length_mm * MM
         with below("garments", number):
             if spec.sheet:
-                garments.append(_placed(spec, edge_length, clock))
+                garments.append(_placed(spec, edge_length, clock, body, start))
             else:
                 garments.append(_dressed(spec, edge_length, clock, body, start, _layers(garments)))
     with clock("mesh"):
@@ -175,8 +176,22 @@ def _dressed(spec: GarmentSpec, edge_length: float, clock, body: Body, transform
     return Garment(spec, mesh, dressed, np.zeros_like(dressed.positions))
 
 
-def _placed(spec: GarmentSpec, edge_length: float, clock) -> Garment:
+def _placed(spec: GarmentSpec, edge_length: float, clock, body: Body, transforms: np.ndarray) -> Garment:
     with clock("mesh"), below("sheet"):
         mesh = sheet_mesh(spec.sheet, edge_length, spec.name, joined((), spec.bands))
     positions, velocities = place(spec.sheet, mesh)
+    with clock("dressing"), below("sheet"):
+        _require_one_side(spec.name, positions, mesh.triangles, body.posed(transforms))
     return Garment(spec, mesh, Dressed(positions, (), ()), velocities)
+
+
+def _require_one_side(name: str, positions: np.ndarray, triangles: np.ndarray, balls: Balls) -> None:
+    """Raise DressingError where a sheet starts so deep in the body that a limb would be left in it."""
+    found, depth = parted(positions, triangles, balls)
+    if len(found):
+        place = ", ".join(f"{x:.1f}" for x in positions[triangles[found[0]]].mean(axis=0) / CM)
+        raise DressingError(
+            f"sheet '{name}' starts {depth[0] / MM:.1f} mm inside the body at [{place}] cm, where parts of it would "
+            "leave the body on different sides; move it off the body, or nearer to the skin that it shall lie on",
+            at=("origin_cm",),
+        )

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from taichi_tryon.errors import RunError
 from taichi_tryon.run import _Run
 
 QUALITY = {
@@ -306,14 +307,38 @@ def test_an_output_folder_that_cannot_be_made_is_told_at_once(place):
     assert "file" in done.stderr and "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize(("depth", "limbs", "said"), [(0.0, "ab", False), (1e-3, None, False), (1e-3, "ab", True)])
-def test_cloth_in_the_body_where_limbs_meet_is_told(depth, limbs, said):
-    corners = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [9, 9, 9]])
-    one = object.__new__(_Run)
-    one.observer = SimpleNamespace(probe=SimpleNamespace(look=lambda: (np.array([0.0, depth]), None, None)))
-    cloth = SimpleNamespace(triangles=np.array([[1, 2, 3], [0, 1, 2]]))
-    stepper = SimpleNamespace(x=SimpleNamespace(to_numpy=lambda: corners))
-    one.simulation = SimpleNamespace(stepper=stepper, setup=SimpleNamespace(cloth=cloth))
-    one._meeting = lambda at: limbs if at == pytest.approx([0.1, 0.1, 0.0]) else None
-    expected = "cloth rests 1 mm inside the body where a and b run into each other"
-    assert one._pinched() == (expected if said else "")
+MEETS, LIES = " where a and b run into each other", ", in cone, panel back, at [10.0, 10.0, 0.0] cm"
+
+
+@pytest.mark.parametrize(("depth", "limbs", "said"), [(0.0, "ab", None), (9e-4, None, LIES), (2e-3, "ab", MEETS)])
+def test_cloth_that_rests_in_the_body_is_told(resting, depth, limbs, said):
+    told = resting(depth, limbs)._inside()
+    assert told == (f"cloth rests {1000 * depth:.2g} mm inside the body{said}" if said else "")
+
+
+def test_cloth_that_rests_deep_in_the_body_is_no_result(resting):
+    with pytest.raises(RunError, match=r"cloth rests 60 mm inside the body, in cone, panel back, at \[10.0, .*; start"):
+        resting(0.06, None)._inside()
+
+
+@pytest.fixture
+def resting():
+    """Makes a run at its end, one triangle of which, of the second garment, is some depth [m] in the body."""
+
+    def make(depth, limbs) -> _Run:
+        corners = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [9, 9, 9]])
+        one = object.__new__(_Run)
+        one.observer = SimpleNamespace(probe=SimpleNamespace(look=lambda: (np.array([0.0, depth]), None, None)))
+        parts = (
+            SimpleNamespace(name="top", triangles=slice(0, 1)),
+            SimpleNamespace(name="cone", triangles=slice(1, 2)),
+        )
+        cloth = SimpleNamespace(triangles=np.array([[1, 2, 3], [0, 1, 2]]), parts=parts)
+        meshes = (SimpleNamespace(mesh=SimpleNamespace(panel_names=(name,), panel=[0])) for name in ("front", "back"))
+        setup = SimpleNamespace(cloth=cloth, garments=tuple(meshes))
+        stepper = SimpleNamespace(x=SimpleNamespace(to_numpy=lambda: corners))
+        one.simulation = SimpleNamespace(stepper=stepper, setup=setup)
+        one._meeting = lambda at: limbs if at == pytest.approx([0.1, 0.1, 0.0]) else None
+        return one
+
+    return make

@@ -74,3 +74,15 @@ def test_threads_of_the_blas_leave_no_trace():
         with threadpool_limits(limits=threads, user_api="blas"):
             starts.append(prepare(scene, Stopwatch()).positions)
     assert np.array_equal(*starts)
+
+
+def test_a_sheet_that_would_be_left_with_a_limb_in_it_is_refused_by_name(make_cone_scene):
+    data = make_cone_scene()
+    fabric = data["garments"][0]["fabric"]
+    sheet = {"size_cm": [40, 40], "origin_cm": [-20, 100, 20], "rotation_degree": [-90, 0, 0]}
+    data["garments"].append({"name": "cloth", "sheet": sheet, "fabric": fabric})
+    with pytest.raises(DressingError, match=r"sheet 'cloth' starts 1\d\d\.\d mm inside the body at \[") as refused:
+        prepare(SceneSpec.model_validate(data), Stopwatch())
+    assert refused.value.at == ("garments", 1, "sheet", "origin_cm")
+    sheet["origin_cm"][1] = 109
+    assert len(prepare(SceneSpec.model_validate(data), Stopwatch()).garments) == 2

@@ -254,6 +254,58 @@ def test_cloth_between_two_limbs_comes_to_rest_half_way_between_them():
     assert depths[0, caught] == pytest.approx(depths[1, caught], abs=5e-5)
 
 
+def test_sheets_that_start_deep_in_the_body_come_out_on_their_own_side(make_cone_scene):
+    """10, 30 and 60 mm deep from above, as deep from below: the ball, of radius 15 cm around (0, 1, 0), lies between
+    the two layers of each pair."""
+    data = make_cone_scene()
+    fabric = data.pop("garments")[0]["fabric"]
+    starts = {f"{side}_{depth}": (x, 100 + (15 - depth / 10) * (1 if side == "upper" else -1))
+              for depth, x in ((10, -7), (30, -2), (60, 3)) for side in ("upper", "lower")}  # fmt: skip
+    data["garments"] = [
+        {
+            "name": name,
+            "fabric": fabric,
+            "sheet": {"size_cm": [4, 6], "origin_cm": [x, y, 3], "rotation_degree": [-90, 0, 0], "mesh": "regular"},
+        }
+        for name, (x, y) in starts.items()
+    ]
+    data |= {"mesh": {"edge_length_mm": 20}, "gravity_m_s2": [0, 0, 0], "drape": {"duration_s": 0.2}}
+    data |= {"solver": {"preconditioner": "block_jacobi"}}
+    clock = Stopwatch()
+    simulation = Simulation(prepare(SceneSpec.model_validate(data), clock), clock)
+    observer = Observer(simulation)
+    assert observer.probe.look()[0].max() > 0.05
+    while simulation.progress.phase == "drape":
+        simulation.advance()
+    assert observer.probe.look()[0].max() == 0
+    positions = simulation.stepper.x.to_numpy()
+    for part, (name, (_, y)) in zip(simulation.setup.cloth.parts, starts.items(), strict=True):
+        assert (np.sign(positions[part.vertices, 1] - 1) == np.sign(y - 100)).all(), name
+
+
+def test_a_body_at_2_m_s_takes_a_hanging_sheet_along_and_stays_outside_of_it(make_cone_scene):
+    """A ball of radius 15 cm goes half a metre within 0.375 s, at 2 m/s in the middle of its way."""
+    data = make_cone_scene()
+    fabric = data.pop("garments")[0]["fabric"]
+    sheet = {"size_cm": [40, 40], "origin_cm": [-20, 80, 0], "mesh": "regular"}
+    data["garments"] = [{"name": "sheet", "fabric": fabric, "sheet": sheet, "holds": {"top": {"edge": "top"}}}]
+    data["pose"]["translation_cm"] = [0, 0, -30]
+    there = {"name": "there", "translation_cm": [0, 0, 20]}
+    data |= {"motion": [{"pose": there, "duration_s": 0.375}], "mesh": {"edge_length_mm": 20}}
+    data |= {"drape": {"duration_s": 0}, "solver": {"preconditioner": "block_jacobi", "max_newton_inside": 40}}
+    clock = Stopwatch()
+    simulation = Simulation(prepare(SceneSpec.model_validate(data), clock), clock)
+    observer, depths, pressed = Observer(simulation), [], 0
+    while simulation.progress.phase == "move":
+        simulation.advance()
+        depths.append(observer.probe.look()[0].max())
+        pressed += simulation.stepper.contact.pressures().any()
+    seen, _ = observer.inspect()
+    assert pressed > 50 and max(depths) < 2e-4
+    assert seen.positions[:, 2].max() > 0.3
+    assert max(np.abs(seen.strains[f"strain_{way}_percent"]).max() for way in ("warp", "weft")) < 5
+
+
 def test_rounding_is_what_the_last_digits_make_and_changes_nothing(simulation, course):
     """At least as much as a change of positions a million times as great makes, over a million; where cloth lies on a
     body, rounding of its distance adds to that."""

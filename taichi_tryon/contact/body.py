@@ -5,13 +5,7 @@ offset whose pressure grows without bound towards the skin; see ``offset``. The 
 the skin and is four times stiffer in one place than in another.
 
 Where limbs meet, cloth is held off both, each sample off the group that it is nearest to and off the next one, too, as
-if each were alone; see ``between`` for where that leaves no room.
-
-Friction: each sample holds to the skin by a tangential spring as stiff as the contact is there, which slips where its
-force exceeds mu times the normal force (Coulomb): what sticks does not creep. Within a Newton iteration stiffness and
-limit are those of the last iterate's normal force on the nearest group, which makes friction the gradient of a convex
-potential, quadratic where it sticks and linear where it slips (see ``friction``); at convergence Coulomb's law holds
-exactly.
+if each were alone; see ``between`` for where that leaves no room. Friction: see ``sticking``.
 """
 
 import numpy as np
@@ -22,6 +16,7 @@ from taichi_tryon.contact import between, offset
 from taichi_tryon.contact import friction as dry
 from taichi_tryon.contact.raising import Raising
 from taichi_tryon.contact.samples import Samples
+from taichi_tryon.contact.sticking import Sticking
 from taichi_tryon.kernel_loops import shared_if_many
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
@@ -33,7 +28,7 @@ CARRIED = 0.04
 
 
 @ti.data_oriented
-class BodyContact(Raising):
+class BodyContact(Raising, Sticking):
     """Contact of samples of the cloth at ``x`` (moving from ``x_start`` in this step) with a body field.
 
     stiffness [N/m^3], thickness [m] (the samples are held that far off the skin), friction coefficient; sleeps False:
@@ -119,11 +114,6 @@ class BodyContact(Raising):
             self.body.cover(np.fmin.reduce(self.corners[:, :3]), np.fmax.reduce(self.corners[:, 3:]))
 
     @ti.func
-    def _bond(self, s: int) -> float:
-        """Friction on sample s over its drag [N/m]."""
-        return dry.bond_of(self.stick[s], self.limit[s], self.drag[s].norm())
-
-    @ti.func
     def _beside(self, s: int):
         """Depth of sample s below the offset of the next group, and how much that faces the nearest, 0 to 1."""
         depth, share = ti.max(self.thickness[None] + self.raised[s] - self.gap_beside[s], 0.0), ti.cast(0.0, float)
@@ -142,15 +132,6 @@ class BodyContact(Raising):
             one, other = one - common, ti.max(other - common, 0.0)
             push, beside = (1.0 - by_one) * push - by_other * beside, (1.0 - by_other) * beside - by_one * push
         return one, other, push, beside
-
-    @ti.func
-    def _across(self, s: int):
-        """Unit normal of the plane in which sample s rubs: the nearest skin's, or one between both."""
-        n = self.normal[s]
-        other, share = self._beside(s)
-        if share > 0.0:
-            n = (self.depth[s] * n - share * other * self.normal_beside[s]).normalized()
-        return n
 
     @ti.func
     def _respond(self, s: int):
@@ -279,15 +260,6 @@ class BodyContact(Raising):
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     @ti.func
-    def _drag(self, s: int, point, moves: int):
-        """The tangential displacement of sample s, at a point, from what it sticks to."""
-        path = self.slip[s] + point - self._at(self.x_start, s)
-        if moves == 1:
-            path -= self.body.motion(point, self.winner[s])
-        n = self._across(s)
-        self.drag[s] = path - n * n.dot(path)
-
-    @ti.func
     def room(self, i: int, travelled: float) -> float:
         """How far vertex i may go at least [m] before it could touch the body; 0 where that is not known."""
         free = ti.cast(ti.math.inf, float)
@@ -312,28 +284,6 @@ class BodyContact(Raising):
             self._lift(self.looks if looks else 0.0, int(self.body.moves))
         if self.rubs:
             self._bind(first, ahead)
-
-    @ti.kernel
-    @shared_if_many
-    def _bind(self, first: int, ahead: float):
-        for s in range(self.count):
-            self._rub(s, first, ahead)
-
-    @ti.func
-    def _rub(self, s: int, first: int, ahead: float):
-        """Set sample s's friction."""
-        slipped = first == 1 and self.along[s] < 1.0
-        self.stick[s], self.limit[s], self.along[s] = 0.0, 0.0, 1.0
-        if self.depth[s] > 0.0:
-            n, v = self._across(s), self._at(self.v, s)
-            # without friction there is no spring, not even where nothing has slipped yet
-            depth, _other, _push, _beside = self._pushes(s)
-            self.stick[s] = self._steepness(depth) * self.area[s] if self.friction[None] > 0.0 else 0.0
-            self.limit[s] = self.friction[None] * self._pressure(depth) * self.area[s]
-            drag = self.drag[s] + ahead * (v - n * n.dot(v))
-            if slipped or dry.slips(self.stick[s], self.limit[s], drag):
-                self.along[s] = dry.ALONG
-            self._respond(s)
 
     def state(self) -> dict[str, np.ndarray]:
         """What the next step depends on; also what sleeps, and until when, since that bounds how far it may go."""
@@ -363,15 +313,6 @@ class BodyContact(Raising):
             self.kept.copy_from(self.further)
             if self.rubs:
                 self._end_step()
-
-    @ti.kernel
-    def _end_step(self):
-        for s in range(self.count):
-            slip = ti.Vector([0.0, 0.0, 0.0])
-            if self.depth[s] > 0.0:
-                depth, _other, _push, _beside = self._pushes(s)
-                slip = dry.kept(self.drag[s], self.friction[None] * self._pressure(depth) / self._steepness(depth))
-            self.slip[s] = slip
 
     @ti.func
     def force(self, i: int):

@@ -46,18 +46,24 @@ class Going:
 
     def advance(self):
         self.steps += 1
-        self.progress.phase_time = [0, 1, 1.5, 2, 3, 3.5, 4][self.steps] * layers.FRAME
+        self.progress.phase_time = [0, 1, 1.5, 2, 3, 3.5, 4][self.steps] * 0.01
         self.stepper.layers.touching[: 5 * self.steps] = True
-        self.courses.append((self.layered, self.progress.phase_time / layers.FRAME))
+        self.courses.append((self.layered, self.progress.phase_time / 0.01))
         self.finished = self.steps == 6
 
+    def state(self):
+        return self.steps, self.progress.phase_time
 
-def test_both_go_through_the_same_frames_in_turns(monkeypatch):
+    def restore(self, state):
+        self.steps, self.progress.phase_time = state
+
+
+def test_both_go_in_turns_through_the_same_frames_from_where_one_was_led(monkeypatch):
     courses = []
     monkeypatch.setattr(layers, "_simulation", lambda case, edge, which: Going(courses, which))
-    case = replace(layers.CASES["nothing touches"], skipped=1, frames=2)
+    case = replace(layers.CASES["nothing touches"], frame_s=0.01, skipped=1, frames=2)
     found = layers.followed(case, 20.0)
-    ways = [(True, 1), (False, 1), (False, 1.5), (False, 2), (True, 1.5), (True, 2), (True, 3), (False, 3)]
+    ways = [(True, 1), (False, 1.5), (False, 2), (True, 1.5), (True, 2), (True, 3), (False, 3)]
     assert courses == [(which, pytest.approx(frame)) for which, frame in ways]
     assert (found.vertices, found.touching, len(found.layered), len(found.plain)) == (9, 20, 2, 2)
     with pytest.raises(RunError, match="phase drape has not as many frames as 5"):
