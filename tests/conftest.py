@@ -1,9 +1,5 @@
 """Taichi is started once for the whole session, in f64 and with a cache of its own: compiling is what costs.
 
-Kernels are compiled without Taichi's analysis of control flow, a third of the compiler's work, here and in the
-processes that tests start: LLVM optimises as ever, and scenes end with the same bits. What users run has it; so have
-the runs of test_run.py, which are users' from end to end.
-
 Here is also what several folders need: sheets of the paper's fabric, a body with exact surfaces, a scene of seconds.
 """
 
@@ -25,9 +21,6 @@ from taichi_tryon.fabric import Moduli
 from taichi_tryon.mesh.bands import Tapes
 from taichi_tryon.mesh.topology import Topology
 from taichi_tryon.mesh.triangulate import triangulate
-
-# read by Taichi at each start, also of the processes that inherit it
-os.environ["TI_CFG_OPTIMIZATION"] = "0"
 
 
 class ByKernels(LoadScopeScheduling):

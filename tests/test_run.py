@@ -112,18 +112,14 @@ def place(tmp_path_factory, make_cone_scene) -> Path:
     return folder
 
 
-def python(place: Path, *arguments, as_users: bool = True) -> subprocess.CompletedProcess:
-    """as_users: kernels are compiled as users have them, not as the other tests do."""
+def python(place: Path, *arguments) -> subprocess.CompletedProcess:
     environment = {**os.environ, "XDG_CACHE_HOME": str(place / "cache")}
-    if as_users:
-        del environment["TI_CFG_OPTIMIZATION"]
     command = [sys.executable, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600)
 
 
-def command(place: Path, *arguments, **how) -> subprocess.CompletedProcess:
-    run = ("-m", "taichi_tryon", "--debug", "run", place / "cone.yaml", "--arch", "cpu")
-    return python(place, *run, *arguments, **how)
+def command(place: Path, *arguments) -> subprocess.CompletedProcess:
+    return python(place, "-m", "taichi_tryon", "--debug", "run", place / "cone.yaml", "--arch", "cpu", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -289,14 +285,13 @@ def test_a_run_that_does_not_settle_fails_and_is_kept(whole, place):
 
 
 def test_a_sweep_writes_a_folder_for_each_value_and_one_table(whole, place):
-    options = ("--output", place / "sweep", "--threads", 1, "--set", "settle.max_steps=[1, 200]")
-    done = command(place, *options, as_users=False)
+    done = command(place, "--output", place / "sweep", "--threads", 1, "--set", "settle.max_steps=[1, 200]")
     assert done.returncode == 3 and done.stdout.startswith("2 drapes: 1 failed, 1 settled\n"), done.stderr
     found = json.loads((place / "sweep" / "batch.json").read_text())["drapes"]
     assert [drape["parameters"] for drape in found] == [{"settle.max_steps": 1}, {"settle.max_steps": 200}]
     for drape in found:
         assert json.loads((place / "sweep" / drape["drape"] / "report.json").read_text()) == drape["report"]
-    # a drape of a batch is the run that it would be alone, on two threads, and with kernels as users have them
+    # a drape of a batch is the run that it would be alone, on two threads
     assert found[1]["report"]["quality"] == whole[2]["quality"]
 
 
