@@ -27,7 +27,7 @@ DRESSING_TOLERANCE = 0.1
 # again
 SETTLING_TOLERANCE = 0.05
 # so many times the Newton iterations while draping and moving, where a step would end with cloth in the body
-GET_OUT = 4
+GET_OUT = 20
 # the body moves no further between two steps [m]
 BODY_MOVE = 6e-3
 # part of the stored energy by which it may rise where no smaller rise leads on

@@ -10,6 +10,8 @@ from taichi_tryon.solver.settings import StepSettings
 
 # what is still this part as deep in the body has not come out
 STUCK = 0.9
+# iterations in which it comes out by as much, or is stuck
+PATIENCE = 10
 # so many times as deep as what is stuck: it is something else
 DEEPER = 2.0
 # what is deeper is not left to wait [m]
@@ -25,15 +27,16 @@ class Leaving:
         self.contact = contact
         # depth [m] at which cloth is stuck, and for how many steps that is believed
         self.stuck, self.wait = 0.0, 0
-        # how deep cloth was where the stage went on, and the least it has been
-        self._first, self._least = None, np.inf
+        # how deep cloth was where the stage went on, the least it has been, and the last that was a way out with the
+        # iteration at which it was found
+        self._first, self._least, self._last, self._at = None, np.inf, np.inf, 0
 
     def begin(self) -> None:
         """A stage of a step begins."""
         self.wait = max(self.wait - 1, 0)
         if self.wait == 0:
             self.stuck = 0.0
-        self._first, self._least = None, np.inf
+        self._first, self._least, self._last, self._at = None, np.inf, np.inf, 0
 
     def goes_on(self, iterations: int, settings: StepSettings) -> bool:
         """Whether a stage that has taken so many iterations takes one more."""
@@ -44,7 +47,9 @@ class Leaving:
         if goes and self._first is None:
             self._first = inside
         self._least = min(self._least, inside)
-        return goes
+        if inside <= STUCK * self._last:
+            self._last, self._at = inside, iterations
+        return goes and iterations - self._at < PATIENCE
 
     def end(self) -> None:
         """The stage is over."""

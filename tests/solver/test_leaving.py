@@ -1,12 +1,13 @@
 """How long a step goes on for cloth in the body: not for what did not come out in the last steps."""
 
+from dataclasses import replace
 from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from taichi_tryon.solver.leaving import WAIT, Leaving
+from taichi_tryon.solver.leaving import PATIENCE, WAIT, Leaving
 from taichi_tryon.solver.settings import StepSettings
 
 LIMITS = StepSettings(
@@ -23,12 +24,12 @@ LIMITS = StepSettings(
 def course():
     """Runs a stage in which cloth is so deep [m] after each iteration; how many iterations it takes."""
 
-    def run(depths) -> int:
+    def run(depths, limits=LIMITS) -> int:
         leaving.begin()
         for iterations in count(1):
             depth = depths[min(iterations, len(depths)) - 1]
             leaving.contact = SimpleNamespace(inside=lambda depth=depth: depth)
-            if not leaving.goes_on(iterations, LIMITS):
+            if not leaving.goes_on(iterations, limits):
                 break
         leaving.end()
         return iterations
@@ -46,6 +47,14 @@ def test_what_comes_out_is_waited_for(course):
     out = [1e-3, 8e-4, 5e-4, 2e-4, 0.0]
     assert [course(out) for _ in range(3)] == [5, 5, 5]
     assert [course([1e-3 * 0.95**i for i in range(8)]) for _ in range(3)] == [8, 8, 8]
+
+
+def test_what_does_not_come_out_for_long_is_given_up(course):
+    many = replace(LIMITS, max_newton_inside=200)
+    assert course([1e-3], many) == 2 + PATIENCE
+    sinks = [1e-3 * 0.98**i for i in range(300)]
+    assert course(sinks, many) == 200
+    assert 50 < course([*sinks[:50], *[5e-4] * 200], many) <= 50 + PATIENCE
 
 
 def test_what_is_stuck_is_tried_again_later(course):
