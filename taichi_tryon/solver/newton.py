@@ -103,7 +103,7 @@ class Newton:
         """
         phi, s = self.potential, self.solution
         for _ in range(TIMES):
-            left = self.way.along(self.linear.b) / force
+            left = self.way.along(self.linear.b) / force if force > 0.0 else 0.0
             if not left > HARDLY_LESS or s.residual <= self.settings.tolerance:
                 return
             times = min(left / (1.0 - left), FURTHER) if left < 1.0 else FURTHER
@@ -221,7 +221,8 @@ class Newton:
         is stored.
         """
         share = 1.0
-        while (rise := self._look(share) - before) > self.rounding * abs(before) or not np.isfinite(rise):
+        # halves, since a parabola through a barrier's wall lets too little be gone
+        while not (rise := self._look(share) - before) <= self.rounding * abs(before):
             if share <= LEAST_SHARE:
                 break
             share *= 0.5

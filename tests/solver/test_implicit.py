@@ -193,6 +193,28 @@ def test_no_vertex_goes_further_than_the_longest_move(stepper, level):
     assert result.moved == pytest.approx(1e-3, rel=1e-6)
 
 
+@pytest.mark.parametrize(("given", "gone"), [(0.1, 0.9), (0.4, 1.0), (0.8, 0.8)])
+def test_at_rest_what_falls_short_goes_further(stepper, level, monkeypatch, given, gone):
+    """Where each direction is but a part of the one that ends at g dt^2: as far as eight times further."""
+    solve, d = stepper.newton._solve, stepper.newton.linear.d
+
+    def short(refresh):
+        solve(refresh)
+        fields.upload(d, given * d.to_numpy())
+
+    monkeypatch.setattr(stepper.newton, "_solve", short)
+    stepper.settings = replace(stepper.settings, max_newton_iterations=1)
+    put(stepper, level(5.0))
+    assert stepper.step(DT, inertia=0.0).moved == pytest.approx(gone * G * DT**2, rel=1e-4)
+
+
+def test_at_rest_what_nothing_pulls_at_stays(stepper, level):
+    stepper.gravity[None] = [0, 0, 0]
+    put(stepper, level(5.0))
+    result = stepper.step(DT, inertia=0.0)
+    assert result.accepted and result.moved <= 1e-12
+
+
 def test_a_step_goes_on_while_cloth_is_in_the_body(stepper, level, contact):
     """On a ball that has come up into it by 3 mm, and 1 mm an iteration."""
     few = replace(stepper.settings, tolerance=0.05, max_newton_iterations=1, longest_move=1e-3)
