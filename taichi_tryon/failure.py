@@ -25,12 +25,13 @@ ENOUGH_STEPS, NEARLY = 200, 10
 
 @dataclass(frozen=True)
 class Failure:
-    """What is known of a run that did not settle.
+    """What is known of a run that did not settle, or settled in the body.
 
-    The spot is the vertex with the greatest net force: ``panel`` and ``at_cm`` (x, y) in the flat panel as the pattern
-    draws it (a seam's are those of its first panel), ``world_cm`` (x, y, z) where it is now, ``outward`` (3,) the
-    cloth's normal there. ``seen`` holds figures by name; settling has no speeds, but ``last_move_mm``, how far the last
-    step moved any vertex. ``advice`` is what to try, most promising first.
+    The spot is the vertex with the greatest net force, of cloth at rest the one deepest in the body: ``panel`` and
+    ``at_cm`` (x, y) in the flat panel as the pattern draws it (a seam's are those of its first panel), ``world_cm``
+    (x, y, z) where it is now, ``outward`` (3,) the cloth's normal there. ``seen`` holds figures by name; settling has
+    no speeds, but ``last_move_mm``, how far the last step moved any vertex. ``advice`` is what to try, most promising
+    first.
     """
 
     garment: str
@@ -72,10 +73,11 @@ def explain(
     """What to say of a run that ended with ``progress``; inspections are those of the ``garments``, ``residuals`` the
     net force over the weight after each step of settling, ``rounding`` what of it rounding of positions makes,
     ``meeting`` tells which two limbs run into each other around a point (3,) [m]."""
-    peaks = [_sizes(each).max() for each in inspections]
-    worst = int(np.argmax(peaks))
+    rests = progress.residual <= scene.settle.residual
+    worse = _depths if rests else _sizes
+    worst = int(np.argmax([worse(each).max() for each in inspections]))
     garment, there = garments[worst], inspections[worst]
-    vertex = int(np.argmax(_sizes(there)))
+    vertex = int(np.argmax(worse(there)))
     mesh = garment.mesh
     point = int(np.flatnonzero(mesh.point_vertex == vertex)[0])
     forces, weights = (np.concatenate([getattr(i, key) for i in inspections]) for key in ("net_forces", "weights"))
@@ -83,7 +85,7 @@ def explain(
     seen: dict[str, float | str] = {
         "phase": phase,
         "residual_relative": _short(np.linalg.norm(forces) / (np.linalg.norm(weights) or 1.0)),
-        "net_force_mN": _short(1000 * peaks[worst]),
+        "net_force_mN": _short(1000 * _sizes(there)[vertex]),
         "speed_max_mm_s": _short(max(np.linalg.norm(i.velocities, axis=1).max() for i in inspections) / MM),
         "last_move_mm": _short(progress.moved / MM),
         "steps": progress.steps,
@@ -91,7 +93,9 @@ def explain(
     }
     if phase != "settle":
         seen["step_s"] = _short(progress.dt)
-    advice = [*_floating(scene, garments, inspections)]
+    if rests:
+        seen["depth_mm"] = _short(_depths(there)[vertex] / MM)
+    advice = [*(_inside() if rests else _floating(scene, garments, inspections))]
     if limbs := meeting(there.positions[vertex]):
         advice.append(f"a pose that keeps {' and '.join(limbs)} apart, which run into each other there")
     if not advice and phase == "settle" and rounding > scene.settle.residual:
@@ -116,6 +120,19 @@ def _sizes(seen: Inspection) -> np.ndarray:
     """Net force (nv,) [N] on each vertex; what is not a number is worse than any."""
     sizes = np.linalg.norm(seen.net_forces, axis=1)
     return np.where(np.isfinite(sizes), sizes, np.inf)
+
+
+def _depths(seen: Inspection) -> np.ndarray:
+    """How deep [m] in the body the triangles around each vertex (nv,) are."""
+    depths = np.zeros(len(seen.positions))
+    np.maximum.at(depths, seen.triangles, seen.depths[:, None])
+    return depths
+
+
+def _inside():
+    """Cloth rests in the body."""
+    yield "a start further off the body there"
+    yield "a longer motion or slower holds, if body or holds were led through the cloth"
 
 
 def _floating(scene: SceneSpec, garments: Sequence[Garment], inspections: Sequence[Inspection]):

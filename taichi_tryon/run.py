@@ -184,7 +184,10 @@ class _Run:
     def _outcome(self) -> tuple[str, str]:
         limit, p = self.simulation.scene.settle.residual, self.simulation.progress
         if self.simulation.settled:
-            if inside := self._inside():
+            inside, deep = self._inside()
+            if deep:
+                return "failed", inside
+            if inside:
                 self.log.warning(inside)
                 self.warnings.append(inside)
             return "settled", f"net force {p.residual:.2e} of the weight (limit {limit:g}) after {p.steps} steps"
@@ -195,24 +198,22 @@ class _Run:
             force += f"; rounding of positions alone makes {rounding:.2e}"
         return "failed", f"not settled after settle.max_steps: {force}"
 
-    def _inside(self) -> str:
-        """What is said of cloth that rests in the body; nothing where none does. Raises RunError where it is DEEP in
-        it though no limbs run into each other there: then a limb may be in the cloth."""
+    def _inside(self) -> tuple[str, bool]:
+        """What is said of cloth that rests in the body, nothing where none does; and whether it is DEEP in it though no
+        limbs run into each other there: then a limb may be in the cloth."""
         depths, simulation = self.observer.probe.look()[0], self.simulation
         deepest, cloth = int(np.argmax(depths)), simulation.setup.cloth
         if depths[deepest] == 0:
-            return ""
+            return "", False
         at = simulation.stepper.x.to_numpy()[cloth.triangles[deepest]].mean(axis=0)
         told = f"cloth rests {depths[deepest] / MM:.2g} mm inside the body"
         if limbs := self._meeting(at):
-            return f"{told} where {' and '.join(limbs)} run into each other"
+            return f"{told} where {' and '.join(limbs)} run into each other", False
         parts = zip(cloth.parts, simulation.setup.garments, strict=True)
         part, mesh = next((part, garment.mesh) for part, garment in parts if deepest < part.triangles.stop)
         panel = mesh.panel_names[mesh.panel[deepest - part.triangles.start]]
-        told += f", in {part.name}, panel {panel}, at [{', '.join(f'{x:.1f}' for x in at / CM)}] cm"
-        if depths[deepest] > DEEP:
-            raise RunError(f"{told}; start it further off the body there, or lead body and holds more slowly")
-        return told
+        place = ", ".join(f"{x:.1f}" for x in at / CM)
+        return f"{told}, in {part.name}, panel {panel}, at [{place}] cm", bool(depths[deepest] > DEEP)
 
     def _meeting(self, at: np.ndarray) -> tuple[str, str] | None:
         """The limbs that run into each other around a point (3,) [m]."""

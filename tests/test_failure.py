@@ -27,10 +27,10 @@ def garment(name, holds=()):
     return SimpleNamespace(name=name, mesh=mesh, spec=SimpleNamespace(holds=holds))
 
 
-def inspection(forces, pressure=100.0):
+def inspection(forces, pressure=100.0, depths=(0.0, 0.0)):
     """Of such a garment, lying in the plane z = 0.5 m."""
     positions = np.array([[0, 0, 0.5], [0.1, 0, 0.5], [0, 0.1, 0.5], [0.1, 0.1, 0.5]])
-    arrays = {key: np.zeros(4) for key in ("gaps", "pressures", "depths", "inside", "samples", "contact_areas")}
+    arrays = {key: np.zeros(4) for key in ("gaps", "pressures", "inside", "samples", "contact_areas")}
     return Inspection(
         name="",
         triangles=np.array([[0, 1, 2], [1, 3, 2]]),
@@ -46,6 +46,7 @@ def inspection(forces, pressure=100.0):
         skin_areas=np.zeros(0),
         energies={},
         crossings=np.zeros((0, 2)),
+        depths=np.array(depths),
         **arrays,
     )
 
@@ -85,6 +86,13 @@ def test_limbs_that_run_into_each_other_are_named_first(scene):
     first = found(scene, DONE, meeting=lambda at: asked.append(tuple(at)) or ("arm_l", "leg_l")).advice[0]
     assert first == "a pose that keeps arm_l and leg_l apart, which run into each other there"
     assert asked == [(0.1, 0.1, 0.5)]
+
+
+def test_of_cloth_that_rests_in_the_body_the_spot_is_the_deepest(scene):
+    rests = Progress(phase="done", residual=0.5 * scene.settle.residual)
+    failure = found(scene, rests, depths=(2e-3, 1e-3))
+    assert failure.at_cm == (0.0, 0.0) and failure.seen["net_force_mN"] == 0.0
+    assert failure.seen["depth_mm"] == 2.0 and failure.advice[0] == "a start further off the body there"
 
 
 def test_a_force_that_is_not_a_number_is_worst(scene):
