@@ -3,8 +3,9 @@
 Boxes around the paths of edges and triangles are sorted into the cells of a grid; every vertex looks for triangles in
 the cells of its own box, every edge for edges. What is found is sorted: the same pairs in the same order every run.
 
-While the cloth hardly moves, that is done once with a margin, and only those pairs are looked at again until a vertex
-has left it (Verlet 1967, "Computer experiments on classical fluids I").
+While most of the cloth hardly moves, that is done once with a margin, and only those pairs are looked at again (Verlet
+1967, "Computer experiments on classical fluids I"); for what has left its margin, and only for that, pairs are looked
+for anew.
 """
 
 from dataclasses import dataclass
@@ -21,8 +22,11 @@ from taichi_tryon.kernel_loops import shared_if_many
 
 # cells of the grid at most, and their size in mean lengths of an edge
 CELLS, CELL_SIZE = 1 << 19, 1.5
-# how far vertices may go before all pairs are looked for again, in mean lengths of an edge
+# how far vertices may go before their pairs are looked for again, in mean lengths of an edge
 MARGIN = 0.25
+# the part of that which hardly moving cloth goes at a time, and the part of the vertices that may go further, or have
+# left their margin, before all pairs are looked for; where one goes further than LONG margins, those on its path alone
+SLOW, FEW, LONG = 0.5, 0.125, 2.0
 
 
 @dataclass(frozen=True)
@@ -62,47 +66,68 @@ class Proximity:
         self.cell = CELL_SIZE * edge_length + distance
         self.slots = 8
         self.margin = MARGIN * edge_length
-        # pairs within the margin of where the cloth was ``seen``
+        # pairs that may meet while each vertex is within ``around`` of where it was ``seen``
         self.known: Pairs | None = None
         self.seen = ti.Vector.field(3, float, shape=nv)
+        self.around = ti.field(float, shape=nv)
         self.peaks, self.bounds = fields.sums(2), fields.sums(6)
+        self.restless = np.ones(nv, np.int32)
+        # whether the boxes are those around the margins
+        self.boxes_kept = False
 
     def find(self) -> Pairs:
         """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
-        self._measure(self.peaks)
-        longest, farthest = self.peaks.max(axis=0)
-        if not np.isfinite(longest + farthest):
+        self._measure(self.peaks, self.restless)
+        longest, quick = self.peaks[:, 0].max(), self.peaks[:, 1].sum()
+        if not np.isfinite(longest):
             raise StepFailure("positions or paths of the cloth are not finite")
-        if self.known is None or farthest > self.margin:
-            if longest > 0.5 * self.margin:
-                self.known = None
-                return self._search(0.0)
-            self.known = self._search(self.margin)
-            self._see()
+        few = FEW * self.nv
+        anew = self.known is None or self.restless.sum() > few
+        if (anew and quick > few) or longest > LONG * self.margin:
+            return self._pairs(self._search(kept=False))
+        if anew:
+            self.restless.fill(1)
+        if self.restless.any():
+            self._see(self.restless)
+            self.known = self._pairs(self._renewed(None if anew else self.known.key))
         near = np.empty(len(self.known), np.int32)
         self._choose(self.known.kind, self.known.corners, near)
         return self.known[near == 1]
 
-    def _search(self, margin: float) -> Pairs:
-        """All pairs on the paths, or within the ``margin`` [m] that vertices may go, where there is one."""
-        self._box(margin)
-        low, size, shape = self._grid()
-        count = np.zeros(2 * int(np.prod(shape)), np.int32)
-        grid = (*low, 1 / size, *(int(n) for n in shape))
-        self._sort(*grid, count, np.zeros(1, np.int32), 0)
+    def _renewed(self, known: np.ndarray | None) -> np.ndarray:
+        """Sorted keys of the pairs that may meet within their margins, of which those are ``known`` that have no
+        restless corner."""
+        if known is None:
+            return self._search(kept=True)
+        moved = self.restless[self.corners].any(axis=1)
+        first, second = np.divmod(known, self.count)
+        calm = known[~(moved[first] | moved[second])]
+        return np.sort(np.concatenate([calm, self._search(kept=True, moved=moved)]))
+
+    def _search(self, kept: bool, moved: np.ndarray | None = None) -> np.ndarray:
+        """Sorted keys of all pairs on the paths or, where they are to be ``kept``, within their margins; only of pairs
+        with a piece that has ``moved`` (count,), where that is given."""
+        ids = np.arange(self.count, dtype=np.int32)
+        who, whom = (ids[: self.lookers], ids[self.nv :]) if moved is None else (ids, ids[moved])
+        self._box(whom if moved is not None and self.boxes_kept else ids, int(kept))
+        self.boxes_kept = kept
+        grid = self._grid()
+        count = np.zeros(2 * int(np.prod(grid[4:])), np.int32)
+        self._sort(*grid, whom, count, np.zeros(1, np.int32), 0)
         start = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
         items = np.empty(max(int(start[-1]), 1), np.int32)
-        self._sort(*grid, start[:-1].copy(), items, 1)
-        found = np.empty((self.lookers, self.slots), np.int32)
-        number = np.zeros(self.lookers, np.int32)
-        self._look(*grid, start, items, found, number, margin)
-        if number.max() > self.slots:
+        self._sort(*grid, whom, start[:-1].copy(), items, 1)
+        number = np.zeros(len(who), np.int32)
+        calm = np.zeros(self.count, np.int32) if moved is None else (~moved).astype(np.int32)
+        while True:
+            found = np.empty((len(who), self.slots), np.int32)
+            self._look(*grid, who, calm, start, items, found, number, int(kept))
+            if number.max() <= self.slots:
+                break
             self.slots = 1 << int(number.max()).bit_length()
-            found = np.empty((self.lookers, self.slots), np.int32)
-            self._look(*grid, start, items, found, number, margin)
-        first = np.repeat(np.arange(self.lookers), number)
-        second = found[np.arange(self.slots) < number[:, None]]
-        return self._pairs(np.sort(first * self.count + second))
+        rows = np.flatnonzero(number)
+        one, other = np.repeat(who[rows], number[rows]), found[rows][np.arange(self.slots) < number[rows, None]]
+        return np.sort(np.minimum(one, other) * np.int64(self.count) + np.maximum(one, other))
 
     def _pairs(self, key: np.ndarray) -> Pairs:
         first, second = np.divmod(key, self.count)
@@ -112,15 +137,15 @@ class Proximity:
         kind = np.where(edges, EDGES, FACE).astype(np.int32)
         return Pairs(kind, np.ascontiguousarray(corners, np.int32), key)
 
-    def _grid(self) -> tuple[np.ndarray, float, np.ndarray]:
-        """Lowest corner, cell size and numbers of cells of a grid around all boxes."""
+    def _grid(self) -> tuple[float, float, float, float, int, int, int]:
+        """Lowest corner, cells in a metre, and numbers of cells of a grid around all boxes."""
         self._bound(self.bounds)
         low, high = self.bounds[:, :3].min(axis=0), self.bounds[:, 3:].max(axis=0)
         size = self.cell
         while True:
             shape = np.floor((high - low) / size) + 1
             if shape.prod() <= CELLS:
-                return low, size, shape.astype(int)
+                return (*low, 1 / size, *(int(n) for n in shape))
             size *= 1.26
 
     @ti.kernel
@@ -135,97 +160,113 @@ class Proximity:
                 bounds[chunk, k], bounds[chunk, 3 + k] = low[k], high[k]
 
     @ti.kernel
-    def _measure(self, peaks: ti.types.ndarray()):
-        """The longest path, and the farthest that a vertex is from where it was seen, at either end of its path."""
+    def _measure(self, peaks: ti.types.ndarray(), restless: ti.types.ndarray()):
+        """The longest path, infinite where there is none, and how many are not slow; whose path leaves the margin."""
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
-            longest, farthest = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+            longest, quick = ti.cast(0.0, ti.f64), 0
             for i in range(low, high):
-                away = self.x[i] - self.seen[i]
+                away, length = self.x[i] - self.seen[i], self.path[i].norm()
                 far = ti.max(away.norm(), (away + self.path[i]).norm())
                 # what is not a number must win over every number
-                longest = ti.max(longest, ti.cast(self.path[i].norm(), ti.f64))
-                farthest = ti.max(farthest, ti.cast(far, ti.f64)) if far < ti.math.inf else ti.math.inf
-            peaks[chunk, 0], peaks[chunk, 1] = longest, farthest
+                longest = ti.max(longest, ti.cast(length, ti.f64)) if far < ti.math.inf else ti.math.inf
+                quick += ti.cast(length > SLOW * self.margin, ti.i32)
+                restless[i] = ti.cast(far > self.around[i], ti.i32)
+            peaks[chunk, 0], peaks[chunk, 1] = longest, quick
 
     @ti.kernel
-    def _see(self):
+    def _see(self, restless: ti.types.ndarray()):
+        """Lay a margin around the paths of those that are ``restless``."""
         for i in range(self.nv):
-            self.seen[i] = self.x[i]
+            if restless[i] == 1:
+                half = 0.5 * self.path[i]
+                self.seen[i], self.around[i] = self.x[i] + half, half.norm() + self.margin
 
     @ti.kernel
     def _choose(self, kind: ti.types.ndarray(), corners: ti.types.ndarray(), near: ti.types.ndarray()):
         for p in range(kind.shape[0]):
             i = ti.Vector([corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3]])
-            near[p] = ti.cast(self._may_meet(kind[p], i, 0.0), ti.i32)
+            near[p] = ti.cast(self._may_meet(kind[p], i), ti.i32)
 
     @ti.kernel
     @shared_if_many
-    def _box(self, margin: float):
-        for b in range(self.count):
+    def _box(self, which: ti.types.ndarray(), kept: int):
+        """Boxes and balls around the paths, or where pairs are ``kept`` around the margins."""
+        for m in range(which.shape[0]):
+            b = which[m]
             i = self.corner[b]
-            low, high = self.x[i[0]], self.x[i[0]]
+            low, high = ti.Vector([ti.math.inf] * 3), ti.Vector([-ti.math.inf] * 3)
             middle, travel = ti.Vector([0.0] * 3), ti.Vector([0.0] * 3)
             for k in range(3):
-                at, path = self.x[i[k]], self._path(i[k], margin)
-                low, high = ti.min(low, at, at + path), ti.max(high, at, at + path)
+                at, path, wide = self._place(i[k], kept)
+                low, high = ti.min(low, at - wide, at + path - wide), ti.max(high, at + wide, at + path + wide)
                 middle, travel = middle + at / 3, travel + path / 3
             radius, spread = ti.cast(0.0, float), ti.cast(0.0, float)
             for k in range(3):
-                radius = ti.max(radius, (self.x[i[k]] - middle).norm())
-                spread = ti.max(spread, (self._path(i[k], margin) - travel).norm())
-            wide = 0.5 * self.distance + margin
-            self.low[b], self.high[b] = low - wide, high + wide
-            self.middle[b], self.travel[b], self.extent[b] = middle, travel, radius + spread + wide
+                at, path, wide = self._place(i[k], kept)
+                radius = ti.max(radius, (at - middle).norm() + wide)
+                spread = ti.max(spread, (path - travel).norm())
+            self.low[b], self.high[b] = low, high
+            self.middle[b], self.travel[b], self.extent[b] = middle, travel, radius + spread
 
     @ti.func
-    def _path(self, i: int, margin: float):
-        """The path of vertex i; none where there is a margin."""
-        return self.path[i] if margin == 0.0 else ti.Vector([0.0] * 3)
+    def _place(self, i: int, kept: int):
+        """Where vertex i is, its path, and what it needs around that."""
+        at, path, wide = self.x[i], self.path[i], ti.cast(0.5 * self.distance, float)
+        if kept == 1:
+            at, path, wide = self.seen[i], ti.Vector.zero(float, 3), wide + self.around[i]
+        return at, path, wide
 
     @ti.kernel
     @shared_if_many
     def _sort(
         self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
-        place: ti.types.ndarray(), items: ti.types.ndarray(), write: int,
+        whom: ti.types.ndarray(), place: ti.types.ndarray(), items: ti.types.ndarray(), write: int,
     ):  # fmt: skip
-        """Count what lies in each cell, edges and triangles apart; then ``write`` it there, ``place`` being the next
+        """Count what lies in each cell, edges and all else apart; then ``write`` it there, ``place`` being the next
         free place of each cell."""
-        for b in range(self.nv, self.count):
+        for m in range(whom.shape[0]):
+            b = whom[m]
             origin = ti.Vector([x, y, z])
             a = ti.cast((self.low[b] - origin) * per_cell, ti.i32)
             e = ti.cast((self.high[b] - origin) * per_cell, ti.i32)
             for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
-                n = ti.atomic_add(place[2 * ((i * ny + j) * nz + k) + ti.cast(b >= self.lookers, ti.i32)], 1)
+                n = ti.atomic_add(place[2 * ((i * ny + j) * nz + k) + ti.cast(self._kind(b) == FACE, ti.i32)], 1)
                 if write == 1:
                     items[n] = b
+
+    @ti.func
+    def _kind(self, b: int):
+        """The kind of pairs that b can be of."""
+        return EDGES if self.nv <= b < self.lookers else FACE
 
     @ti.kernel
     @shared_if_many
     def _look(
         self, x: float, y: float, z: float, per_cell: float, nx: int, ny: int, nz: int,
-        start: ti.types.ndarray(), items: ti.types.ndarray(), found: ti.types.ndarray(), number: ti.types.ndarray(),
-        margin: float,
+        who: ti.types.ndarray(), calm: ti.types.ndarray(), start: ti.types.ndarray(), items: ti.types.ndarray(),
+        found: ti.types.ndarray(), number: ti.types.ndarray(), kept: int,
     ):  # fmt: skip
-        for q in range(self.lookers):
+        for m in range(who.shape[0]):
+            q = who[m]
             origin = ti.Vector([x, y, z])
             low, high = self.low[q], self.high[q]
             a = ti.cast((low - origin) * per_cell, ti.i32)
             e = ti.cast((high - origin) * per_cell, ti.i32)
-            kind = EDGES if q >= self.nv else FACE
+            kind, rest = self._kind(q), calm[q]
             count = 0
             for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
                 cell = 2 * ((i * ny + j) * nz + k) + ti.cast(kind == FACE, ti.i32)
                 for n in range(start[cell], start[cell + 1]):
                     b = items[n]
-                    # edges are met twice, and boxes in every cell that they share: once is enough
-                    if b > q and self._overlap(q, b):
+                    # those that both look are met twice, and boxes in every cell that they share: once is enough
+                    if (b > q or rest == 1) and self._overlap(q, b):
                         at = ti.cast((ti.max(low, self.low[b]) - origin) * per_cell, ti.i32)
-                        if at[0] == i and at[1] == j and at[2] == k and self._near(kind, q, b, margin):
+                        if at[0] == i and at[1] == j and at[2] == k and self._near(kind, q, b, kept):
                             if count < found.shape[1]:
-                                found[q, count] = b
+                                found[m, count] = b
                             count += 1
-            number[q] = count
+            number[m] = count
 
     @ti.func
     def _overlap(self, q: int, b: int):
@@ -237,24 +278,33 @@ class Proximity:
         return result
 
     @ti.func
-    def _near(self, kind: int, q: int, b: int, margin: float):
-        """Whether the two share no corner and may meet."""
-        p, r = self.corner[q], self.corner[b]
+    def _near(self, kind: int, q: int, b: int, kept: int):
+        """Whether the two are a pair, share no corner and may meet."""
+        p, r = self.corner[ti.min(q, b)], self.corner[ti.max(q, b)]
         i = ti.Vector([p[0], r[0], r[1], r[2]])
         apart = p[0] != r[0] and p[0] != r[1] and p[0] != r[2]
         if kind == EDGES:
             i = ti.Vector([p[0], p[1], r[0], r[1]])
             apart = apart and p[1] != r[0] and p[1] != r[1]
+        elif (q < self.nv) == (b < self.nv):
+            apart = False
         near = False
         if apart:
-            near = self._may_meet(kind, i, margin)
+            near = self._might_meet(kind, i) if kept == 1 else self._may_meet(kind, i)
         return near
 
     @ti.func
-    def _may_meet(self, kind: int, i, margin: float):
-        """Whether a pair can come nearer than ``distance`` on its paths, or where its corners go by the ``margin``."""
+    def _may_meet(self, kind: int, i):
+        """Whether a pair can come nearer than ``distance`` on its paths."""
         now = distance(kind, self.x[i[0]], self.x[i[1]], self.x[i[2]], self.x[i[3]])
-        gone = 2.0 * margin
-        if margin == 0.0:
-            gone = reach(kind, self.path[i[0]], self.path[i[1]], self.path[i[2]], self.path[i[3]])
+        return now < self.distance + reach(kind, self.path[i[0]], self.path[i[1]], self.path[i[2]], self.path[i[3]])
+
+    @ti.func
+    def _might_meet(self, kind: int, i):
+        """Whether a pair can come nearer than ``distance`` within its margins."""
+        now = distance(kind, self.seen[i[0]], self.seen[i[1]], self.seen[i[2]], self.seen[i[3]])
+        a, b, c, d = self.around[i[0]], self.around[i[1]], self.around[i[2]], self.around[i[3]]
+        gone = a + ti.max(b, c, d)
+        if kind == EDGES:
+            gone = ti.max(a, b) + ti.max(c, d)
         return now < self.distance + gone

@@ -138,3 +138,27 @@ def test_crowded_vertices_find_all_their_neighbours(two, closest):
     kind, corners = all_pairs(two.cloth)
     assert len(two.find(at, np.zeros_like(at))) == len(kind)
     assert (closest(kind, at[corners])[1] < THICKNESS).all()
+
+
+def test_what_leaves_its_margin_finds_its_pairs_anew(two, closest):
+    """Cloth that hardly moves but for a vertex or two at a time: the same pairs as if all of them had been looked
+    for."""
+    rng = np.random.default_rng(4)
+    at, _ = crumpled(two, 4)
+    kind, corners = all_pairs(two.cloth)
+    still = np.zeros_like(at)
+    two.find(at, still)
+    went = []
+    for _ in range(30):
+        path = rng.normal(size=at.shape) * 5e-5
+        path[rng.integers(len(at), size=2)] *= 40
+        least = np.min([closest(kind, (at + part * path)[corners])[1] for part in np.linspace(0, 1, 11)], axis=0)
+        pairs = two.find(at, path)
+        went.append(two.search.restless.sum())
+        assert names(kind[least < THICKNESS], corners[least < THICKNESS]) <= names(pairs.kind, pairs.corners)
+        assert (np.diff(pairs.key) > 0).all()
+        at = at + path
+    assert 10 < np.count_nonzero(went) and max(went) < 0.2 * len(at)
+    kept = two.find(at, still)
+    two.search.known = None
+    assert np.array_equal(two.find(at, still).key, kept.key)
