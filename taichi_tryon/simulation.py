@@ -35,7 +35,7 @@ OVER_A_JUMP = 0.1
 # part of settle.residual to which a step of settling is solved: what slips at its end may change it a little
 SETTLED = 0.9
 # so often cloth that has settled in the body between its samples is held further off there, and settles again
-LIFTS = 3
+LIFTS = 5
 # the longest step of settling [s], where there is no inertia left to follow
 LONGEST_SETTLING_STEP = 1.0
 

@@ -10,11 +10,11 @@ from taichi_tryon.kernel_loops import shared_if_many
 # where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
 HIGHEST = 1.0
 # where cloth is found in the body all the same, further off still, so far that at most [m]
-FURTHER = 1e-3
-# how far apart [m] it is looked for, and how far outside it may be before samples are let down again
-LOOK, CLEAR = 2e-3, 2e-4
+FURTHER = 1.5e-3
+# how far apart [m] it is looked for; how far outside it is to come, and may be before samples are let down again
+LOOK, SPARE, CLEAR = 2e-3, 1e-4, 2e-4
 # what rests deeper in the body than this [m] is held there, and would be so further off
-SHALLOW = 2e-4
+SHALLOW = FURTHER
 
 
 class Raising:
@@ -89,7 +89,7 @@ class Raising:
         for s in range(self.count):
             if self.gap[s] <= self._reach(s):
                 found = self.found[s]
-                change = found if found > 0.0 else ti.min(found + CLEAR, 0.0)
+                change = found + SPARE if found > 0.0 else ti.min(found + CLEAR, 0.0)
                 if 0.0 < most and found <= most and change != 0.0:
                     further = ti.math.clamp(self.further[s] + change, 0.0, FURTHER)
                     self.raised[s] += further - self.further[s]
