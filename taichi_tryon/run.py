@@ -36,6 +36,8 @@ from taichi_tryon.units import CM, MM
 RECORDED = ("frame_index", "skin_pose", "skin_frame", "next_frame")
 # cloth that rests deeper in the body [m] is not worn as it should be
 DEEP = 1e-3
+# how a warning of cloth in the body ends that has no way out
+MEETING = "run into each other"
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
 
 
@@ -208,7 +210,7 @@ class _Run:
         at = simulation.stepper.x.to_numpy()[cloth.triangles[deepest]].mean(axis=0)
         told = f"cloth rests {depths[deepest] / MM:.2g} mm inside the body"
         if limbs := self._meeting(at):
-            return f"{told} where {' and '.join(limbs)} run into each other", False
+            return f"{told} where {' and '.join(limbs)} {MEETING}", False
         parts = zip(cloth.parts, simulation.setup.garments, strict=True)
         part, mesh = next((part, garment.mesh) for part, garment in parts if deepest < part.triangles.stop)
         panel = mesh.panel_names[mesh.panel[deepest - part.triangles.start]]

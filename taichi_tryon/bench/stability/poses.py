@@ -3,7 +3,9 @@
 A top and trousers in turn, with triangles of 20 mm and contact of cloth with cloth. Each drape is a run as a user
 starts it, in a process of its own. Where the dressing refuses a pose, naming panel and disk, the garment is put on in
 its own pose and the body led from there to the drawn one, as its message advises. A drape ends well where it settles,
-or where it fails and names the spot. Where it settles, no cloth may be in the body or through other cloth.
+or where it fails and names the spot. Where it settles, no cloth may be in the body or through other cloth; cloth whose
+deepest point is between limbs that run into each other, as the run says, is not counted as in the body: both sides of
+it are.
 The ranges are the body's own (``range_degree``); joints that have none are not turned. Two joints, each within its
 range, may still bring limbs into each other.
 """
@@ -25,6 +27,7 @@ from taichi_tryon.bench.record import Record, absolute, at_least, told
 from taichi_tryon.bench.simulate import FOLDER, scene_path
 from taichi_tryon.bench.stability.judge import is_placed
 from taichi_tryon.body.spec import BodySpec, PoseSpec
+from taichi_tryon.run import MEETING
 from taichi_tryon.scene.load import load_scene
 from taichi_tryon.scene.models import MotionStepSpec
 from taichi_tryon.scene.resolved import to_yaml
@@ -119,7 +122,10 @@ def judged(report: dict) -> Outcome:
     """What a report comes to; that of a drape that was refused has only status and reason."""
     reason, failure = report["reason"], report.get("failure")
     if report["status"] == "settled":
-        return Outcome("settled", reason, {name: report["quality"][name] for name in LIMITED})
+        figures = {name: report["quality"][name] for name in LIMITED}
+        if between := [line for line in report["warnings"] if line.endswith(MEETING)]:
+            del figures["penetration_mm"]
+        return Outcome("settled", "; ".join([reason, *between]), figures)
     if failure:
         x, y = failure["at_cm"]
         return Outcome("failed", f"{reason}; worst in panel {failure['panel']} at ({x:g}, {y:g}) cm")

@@ -56,7 +56,7 @@ def test_garments_take_turns_and_feel_themselves(tmp_path, body):
 @pytest.mark.parametrize(
     ("report", "kind"),
     [
-        ({"status": "settled", "quality": dict.fromkeys(poses.LIMITED, 0.0)}, "settled"),
+        ({"status": "settled", "quality": dict.fromkeys(poses.LIMITED, 0.0), "warnings": []}, "settled"),
         ({"status": "failed", "failure": {"panel": "back", "at_cm": [1, 2]}}, "failed"),
         ({"status": "failed", "reason": REFUSAL}, "refused"),
         ({"status": "failed", "reason": "its process was ended by signal 11 (SIGSEGV)"}, "silent"),
@@ -65,6 +65,16 @@ def test_garments_take_turns_and_feel_themselves(tmp_path, body):
 )
 def test_how_a_drape_ended(report, kind):
     assert poses.judged({"reason": "net force 1e-3 of the weight", **report}).kind == kind
+
+
+def test_cloth_between_limbs_that_overlap_is_told_and_not_counted():
+    quality = {"penetration_mm": 5.0, "crossing_triangle_pairs": 2}
+    report = {"status": "settled", "reason": "net force 1e-3 of the weight", "quality": quality}
+    between = "cloth rests 5 mm inside the body where leg_l and leg_r run into each other"
+    outcome = poses.judged({**report, "warnings": ["pose 'a': knee beyond its range", between]})
+    assert outcome == Outcome("settled", f"{report['reason']}; {between}", {"crossing_triangle_pairs": 2})
+    elsewhere = poses.judged({**report, "warnings": ["cloth rests 5 mm inside the body, in top, panel back"]})
+    assert elsewhere.figures == quality
 
 
 def test_a_failure_names_its_place():
