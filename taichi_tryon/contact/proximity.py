@@ -24,8 +24,8 @@ from taichi_tryon.kernel_loops import shared_if_many
 CELLS, CELL_SIZE = 1 << 19, 1.5
 # how far vertices may go before their pairs are looked for again, in mean lengths of an edge
 MARGIN = 0.25
-# the part of that which hardly moving cloth goes at a time, and the part of the vertices that may go further, or have
-# left their margin, before all pairs are looked for; where one goes further than LONG margins, those on its path alone
+# the part of that which hardly moving cloth goes at a time, the part of the vertices that may have left their margin
+# before all pairs are looked for, and how many margins one may go before those on the paths alone are
 SLOW, FEW, LONG = 0.5, 0.125, 2.0
 
 
@@ -70,7 +70,7 @@ class Proximity:
         self.known: Pairs | None = None
         self.seen = ti.Vector.field(3, float, shape=nv)
         self.around = ti.field(float, shape=nv)
-        self.peaks, self.bounds = fields.sums(2), fields.sums(6)
+        self.peaks, self.bounds = fields.sums(1), fields.sums(6)
         self.restless = np.ones(nv, np.int32)
         # whether the boxes are those around the margins
         self.boxes_kept = False
@@ -78,12 +78,11 @@ class Proximity:
     def find(self) -> Pairs:
         """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
         self._measure(self.peaks, self.restless)
-        longest, quick = self.peaks[:, 0].max(), self.peaks[:, 1].sum()
+        longest = self.peaks.max()
         if not np.isfinite(longest):
             raise StepFailure("positions or paths of the cloth are not finite")
-        few = FEW * self.nv
-        anew = self.known is None or self.restless.sum() > few
-        if (anew and quick > few) or longest > LONG * self.margin:
+        anew = self.known is None or self.restless.sum() > FEW * self.nv
+        if longest > (SLOW if anew else LONG) * self.margin:
             return self._pairs(self._search(kept=False))
         if anew:
             self.restless.fill(1)
@@ -161,18 +160,17 @@ class Proximity:
 
     @ti.kernel
     def _measure(self, peaks: ti.types.ndarray(), restless: ti.types.ndarray()):
-        """The longest path, infinite where there is none, and how many are not slow; whose path leaves the margin."""
+        """The longest path, infinite where there is none; whose path leaves the margin."""
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
-            longest, quick = ti.cast(0.0, ti.f64), 0
+            longest = ti.cast(0.0, ti.f64)
             for i in range(low, high):
                 away, length = self.x[i] - self.seen[i], self.path[i].norm()
                 far = ti.max(away.norm(), (away + self.path[i]).norm())
                 # what is not a number must win over every number
                 longest = ti.max(longest, ti.cast(length, ti.f64)) if far < ti.math.inf else ti.math.inf
-                quick += ti.cast(length > SLOW * self.margin, ti.i32)
                 restless[i] = ti.cast(far > self.around[i], ti.i32)
-            peaks[chunk, 0], peaks[chunk, 1] = longest, quick
+            peaks[chunk, 0] = longest
 
     @ti.kernel
     def _see(self, restless: ti.types.ndarray()):
