@@ -5,7 +5,7 @@ the cells of its own box, every edge for edges. What is found is sorted: the sam
 
 While most of the cloth hardly moves, that is done once with a margin, and only those pairs are looked at again (Verlet
 1967, "Computer experiments on classical fluids I"); for what has left its margin, and only for that, pairs are looked
-for anew.
+for anew. What the cloth moves as a whole does not count: who falls together stays together.
 """
 
 from dataclasses import dataclass
@@ -70,13 +70,17 @@ class Proximity:
         self.known: Pairs | None = None
         self.seen = ti.Vector.field(3, float, shape=nv)
         self.around = ti.field(float, shape=nv)
-        self.peaks, self.bounds = fields.sums(1), fields.sums(6)
+        # how far all have gone since then in the mean, and the mean of the paths
+        self.gone, self.wind = (ti.Vector.field(3, float, shape=()) for _ in range(2))
+        self.means, self.peaks, self.bounds = fields.sums(6), fields.sums(1), fields.sums(6)
         self.restless = np.ones(nv, np.int32)
         # whether the boxes are those around the margins
         self.boxes_kept = False
 
     def find(self) -> Pairs:
         """The pairs on the paths as they are. Raises StepFailure where positions or paths are not finite."""
+        self._average(self.means)
+        self.gone[None], self.wind[None] = self.means.sum(axis=0).reshape(2, 3) / self.nv
         self._measure(self.peaks, self.restless)
         longest = self.peaks.max()
         if not np.isfinite(longest):
@@ -86,6 +90,7 @@ class Proximity:
             return self._pairs(self._search(kept=False))
         if anew:
             self.restless.fill(1)
+            self.gone.fill(0)
         if self.restless.any():
             self._see(self.restless)
             self.known = self._pairs(self._renewed(None if anew else self.known.key))
@@ -159,16 +164,28 @@ class Proximity:
                 bounds[chunk, k], bounds[chunk, 3 + k] = low[k], high[k]
 
     @ti.kernel
+    def _average(self, means: ti.types.ndarray()):
+        """Sums of how far each has gone since it was seen, and of the paths."""
+        for chunk in range(fields.CHUNKS):
+            low, high = fields.chunk_bounds(chunk, self.nv)
+            gone, wind = ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
+            for i in range(low, high):
+                gone += ti.cast(self.x[i] - self.seen[i], ti.f64)
+                wind += ti.cast(self.path[i], ti.f64)
+            for k in ti.static(range(3)):
+                means[chunk, k], means[chunk, 3 + k] = gone[k], wind[k]
+
+    @ti.kernel
     def _measure(self, peaks: ti.types.ndarray(), restless: ti.types.ndarray()):
-        """The longest path, infinite where there is none; whose path leaves the margin."""
+        """The longest path in a frame that moves along, infinite where there is none; whose leaves the margin."""
         for chunk in range(fields.CHUNKS):
             low, high = fields.chunk_bounds(chunk, self.nv)
             longest = ti.cast(0.0, ti.f64)
             for i in range(low, high):
-                away, length = self.x[i] - self.seen[i], self.path[i].norm()
-                far = ti.max(away.norm(), (away + self.path[i]).norm())
+                away, path = self.x[i] - self.seen[i] - self.gone[None], self.path[i] - self.wind[None]
+                far = ti.max(away.norm(), (away + path).norm())
                 # what is not a number must win over every number
-                longest = ti.max(longest, ti.cast(length, ti.f64)) if far < ti.math.inf else ti.math.inf
+                longest = ti.max(longest, ti.cast(path.norm(), ti.f64)) if far < ti.math.inf else ti.math.inf
                 restless[i] = ti.cast(far > self.around[i], ti.i32)
             peaks[chunk, 0] = longest
 
@@ -177,8 +194,8 @@ class Proximity:
         """Lay a margin around the paths of those that are ``restless``."""
         for i in range(self.nv):
             if restless[i] == 1:
-                half = 0.5 * self.path[i]
-                self.seen[i], self.around[i] = self.x[i] + half, half.norm() + self.margin
+                half = 0.5 * (self.path[i] - self.wind[None])
+                self.seen[i], self.around[i] = self.x[i] - self.gone[None] + half, half.norm() + self.margin
 
     @ti.kernel
     def _choose(self, kind: ti.types.ndarray(), corners: ti.types.ndarray(), near: ti.types.ndarray()):
@@ -209,8 +226,8 @@ class Proximity:
 
     @ti.func
     def _place(self, i: int, kept: int):
-        """Where vertex i is, its path, and what it needs around that."""
-        at, path, wide = self.x[i], self.path[i], ti.cast(0.5 * self.distance, float)
+        """Where vertex i is, its path in a frame that moves along, and what it needs around that."""
+        at, path, wide = self.x[i], self.path[i] - self.wind[None], ti.cast(0.5 * self.distance, float)
         if kept == 1:
             at, path, wide = self.seen[i], ti.Vector.zero(float, 3), wide + self.around[i]
         return at, path, wide
@@ -251,14 +268,15 @@ class Proximity:
             low, high = self.low[q], self.high[q]
             a = ti.cast((low - origin) * per_cell, ti.i32)
             e = ti.cast((high - origin) * per_cell, ti.i32)
-            kind, rest = self._kind(q), calm[q]
-            count = 0
+            kind, rest, count = self._kind(q), calm[q], 0
+            # read once, which no compiler does by itself
+            middle, travel, extent = self.middle[q], self.travel[q], self.extent[q]
             for i, j, k in ti.ndrange((a[0], e[0] + 1), (a[1], e[1] + 1), (a[2], e[2] + 1)):
                 cell = 2 * ((i * ny + j) * nz + k) + ti.cast(kind == FACE, ti.i32)
                 for n in range(start[cell], start[cell + 1]):
                     b = items[n]
                     # those that both look are met twice, and boxes in every cell that they share: once is enough
-                    if (b > q or rest == 1) and self._overlap(q, b):
+                    if (b > q or rest == 1) and self._overlap(b, low, high, middle, travel, extent):
                         at = ti.cast((ti.max(low, self.low[b]) - origin) * per_cell, ti.i32)
                         if at[0] == i and at[1] == j and at[2] == k and self._near(kind, q, b, kept):
                             if count < found.shape[1]:
@@ -267,12 +285,12 @@ class Proximity:
             number[m] = count
 
     @ti.func
-    def _overlap(self, q: int, b: int):
-        """Whether boxes overlap, and balls around the two in a frame that moves along with one of them."""
+    def _overlap(self, b: int, low, high, middle, travel, extent):
+        """Whether b's box overlaps another, and balls around the two in a frame that moves along with one of them."""
         result = False
-        if (self.low[q] <= self.high[b]).all() and (self.low[b] <= self.high[q]).all():
-            apart = (self.middle[q] - self.middle[b]).norm()
-            result = apart <= self.extent[q] + self.extent[b] + (self.travel[q] - self.travel[b]).norm()
+        if (low <= self.high[b]).all() and (self.low[b] <= high).all():
+            apart = (middle - self.middle[b]).norm()
+            result = apart <= extent + self.extent[b] + (travel - self.travel[b]).norm()
         return result
 
     @ti.func

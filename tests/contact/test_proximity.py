@@ -162,3 +162,23 @@ def test_what_leaves_its_margin_finds_its_pairs_anew(two, closest):
     kept = two.find(at, still)
     two.search.known = None
     assert np.array_equal(two.find(at, still).key, kept.key)
+
+
+def test_what_moves_as_a_whole_is_not_looked_at_anew(two, closest):
+    """Thrown, by many margins at a time, it is as if it lay still; a corner that then lags behind is found out."""
+    at, _ = crumpled(two, 6)
+    kind, corners = all_pairs(two.cloth)
+    still, throw = np.zeros_like(at), np.full_like(at, 0.03)
+    rest = two.find(at, still)
+    for _ in range(5):
+        thrown = two.find(at, throw)
+        assert not two.search.restless.any()
+        assert np.array_equal(thrown.key, rest.key)
+        at = at + throw
+    throw[7] = 0
+    pairs = two.find(at, throw)
+    assert two.search.restless[7] == 1
+    least = np.min([closest(kind, (at + part * throw)[corners])[1] for part in np.linspace(0, 1, 101)], axis=0)
+    near = (least < THICKNESS) & (corners == 7).any(axis=1)
+    assert near.sum() > 5
+    assert names(kind[near], corners[near]) <= names(pairs.kind, pairs.corners)
