@@ -17,6 +17,7 @@ from taichi_tryon.contact import friction as dry
 from taichi_tryon.contact.raising import Raising
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.contact.sticking import Sticking
+from taichi_tryon.contact.webs import Webs
 from taichi_tryon.kernel_loops import shared_if_many
 
 # further off than this from the contact offset [m], a sample's gap need not be exact
@@ -28,7 +29,7 @@ CARRIED = 0.04
 
 
 @ti.data_oriented
-class BodyContact(Raising, Sticking):
+class BodyContact(Raising, Sticking, Webs):
     """Contact of samples of the cloth at ``x`` (moving from ``x_start`` in this step) with a body field.
 
     stiffness [N/m^3], thickness [m] (the samples are held that far off the skin), friction coefficient; sleeps False:
@@ -68,6 +69,10 @@ class BodyContact(Raising, Sticking):
         self.seen = ti.Vector.field(3, float, shape=room)
         self.until = ti.field(float, shape=room)
         self.until.fill(-1.0)
+        # in a web, the slope that gaps are measured by, else 0; and the slope now over that one
+        self.web, self.yields = (ti.field(float, shape=room) for _ in range(2))
+        # whether no stage of the step has been bound yet
+        self._begins = True
         self.winner, self.looked, self.known = (ti.field(ti.i32, shape=room) for _ in range(3))
         entries = samples.weights.ravel().nonzero()[0]
         start, order = fields.group(samples.vertices.ravel()[entries], self.nv)
@@ -127,6 +132,8 @@ class BodyContact(Raising, Sticking):
         pushes."""
         other, share = self._beside(s)
         one, push, beside = self.depth[s], self.normal[s], self.normal_beside[s]
+        if self.web[s] > 0.0:
+            push *= self.yields[s]
         if share > 0.0:
             common, by_one, by_other = share * between.relief(one, other, self.thickness[None])
             one, other = one - common, ti.max(other - common, 0.0)
@@ -192,32 +199,36 @@ class BodyContact(Raising, Sticking):
         self.cover()
         body = self.body
         still = body.rests and body.placed == self._placed
-        self._evaluate(body.travelled, int(still), int(body.moves))
+        self._evaluate(body.travelled, int(still), int(body.moves), int(self._begins))
         self.evaluations, self._placed = self.evaluations + 1, body.placed
 
     @ti.kernel
     @shared_if_many
-    def _evaluate(self, travelled: float, still: int, moves: int):
+    def _evaluate(self, travelled: float, still: int, moves: int, begins: int):
         for s in range(self.count):
             point = self._at(self.x, s)
             away = point - self.seen[s]
             # what is not a number is not asleep
             awake = not away.norm() + travelled < self.until[s]
             if awake or ti.static(not self.sleeps):
-                if still == 1 and (away == 0.0).all():
+                # what may be in a web is looked at again where a step begins
+                settled = begins == 0 or (self.web[s] == 0.0 and self.gap[s] >= 0.0)
+                if still == 1 and (away == 0.0).all() and settled:
                     self.known[s] += 1
                 else:
-                    self._look(s, point, travelled, awake)
+                    self._look(s, point, travelled, awake, begins)
                 if self.depth[s] > 0.0:
                     if ti.static(self.rubs):
                         self._drag(s, point, moves)
                     self._respond(s)
 
     @ti.func
-    def _look(self, s: int, point, travelled: float, awake):
+    def _look(self, s: int, point, travelled: float, awake, begins: int):
         """Depth and normal of sample s, and how long it may sleep from here, where it does not."""
         reach = self._reach(s)
         gap, normal, winner, density = self._nearest(s, point, reach)
+        alone = self.gap_beside[s] >= reach
+        gap, normal, winner = self._in_web(s, point, gap, normal, winner, begins, alone)
         self.gap[s], self.normal[s], self.winner[s] = gap, normal, winner
         self.looked[s] += 1
         if awake:
@@ -225,7 +236,7 @@ class BodyContact(Raising, Sticking):
         if gap > reach:
             self.raised[s] = 0.0
             if awake:
-                self.until[s] = travelled + self.body.clearance(density) - reach
+                self.until[s], self.web[s] = travelled + self.body.clearance(density) - reach, 0.0
         self._press(s)
 
     @ti.func
@@ -277,6 +288,7 @@ class BodyContact(Raising, Sticking):
         if self.count == 0:
             return
         if first:
+            self._begins = False
             looks = self.looks > 0.0 and self.triangles > 0
             self._raise()
             if looks:
@@ -297,18 +309,19 @@ class BodyContact(Raising, Sticking):
         self.body.travelled = float(state["travelled"])
         # what is awake is looked at before it is asked for
         self._part()
-        self._placed = -1
+        self._placed, self._begins = -1, True
 
     @ti.kernel
     def _part(self):
         """Let no sample be anywhere near the body."""
         for s in range(self.count):
-            self.gap[s], self.raised[s], self.depth[s] = ti.math.inf, 0.0, 0.0
+            self.gap[s], self.raised[s], self.depth[s], self.web[s] = ti.math.inf, 0.0, 0.0, 0.0
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     def end_step(self):
         """Keep how far off the samples are held, and the springs' extension, cut to what friction can hold; what has
         left the body forgets its spring."""
+        self._begins = True
         if self.count > 0:
             self.kept.copy_from(self.further)
             if self.rubs:

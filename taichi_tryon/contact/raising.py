@@ -10,7 +10,7 @@ from taichi_tryon.kernel_loops import shared_if_many
 # where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
 HIGHEST = 1.0
 # where cloth is found in the body all the same, further off still, so far that at most [m]
-FURTHER = 1e-3
+FURTHER = 1.5e-3
 # how far apart [m] it is looked for; how far outside it is to come, and may be before samples are let down again
 LOOK, SPARE, CLEAR = 2e-3, 1e-4, 2e-4
 # what rests deeper in the body than this [m] is held there, and would be so further off
