@@ -45,7 +45,7 @@ class Recorder:
             # what draws is imported where it is needed: a run without pictures starts sooner
             from taichi_tryon.view.renderer import make_renderer
 
-            self.renderer, self.message = make_renderer(tuple(self.options.image_size))
+            self.renderer, self.message = make_renderer(tuple(self.options.image_size), self.options.renderer)
             self.renderer_name = self.renderer.name
         try:
             self._prepare_pictures()
@@ -135,7 +135,7 @@ class Recorder:
         from taichi_tryon.view.renderer import make_renderer
         from taichi_tryon.view.spot import draw_spot
 
-        renderer = self.renderer or make_renderer(tuple(self.options.image_size))[0]
+        renderer = self.renderer or make_renderer(tuple(self.options.image_size), self.options.renderer)[0]
         try:
             x = self.observer.simulation.stepper.x.to_numpy()
             low, high = stage.bounds(self.setup)

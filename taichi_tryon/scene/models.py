@@ -19,6 +19,7 @@ from taichi_tryon.sheet.spec import SheetSpec
 from taichi_tryon.spec import Spec, fault
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=80)]
+Drawn = Literal["auto", "ggui", "raster"]
 View = Literal["front", "back", "right", "left", "top", "three_quarter"]
 FrameFormat = Literal["vtu", "obj", "ply", "stl"]
 Map = Literal["strain_warp", "strain_weft", "shear", "pressure", "body_pressure", "gap"]
@@ -205,6 +206,9 @@ class OutputSpec(Spec):
     views: list[View] = Field(["front", "right"], description="cameras; 'right' looks at the wearer's right side")
     image_size: Annotated[list[Annotated[int, Field(ge=16, le=8192)]], Field(min_length=2, max_length=2)] = Field(
         [720, 960], description="width and height in pixels, even numbers"
+    )
+    renderer: Drawn = Field(
+        "auto", description="who draws: GGUI, which needs Vulkan, or the rasteriser; auto: GGUI on a graphics card"
     )
     images: bool = Field(True, description="write PNG pictures")
     video: bool = Field(True, description="write the film")
