@@ -206,6 +206,8 @@ class Newton:
         """Go along Newton's own direction, all of it shortened alike: Phi falls along it, as it need not where each
         vertex has been stopped by itself."""
         with self.clock("contact"):
+            # among the pairs on the way last aimed along, which are others
+            self.layers.evaluate()
             self.layers.bind()
         self.slope()
         if not self._aim(self.settings.longest_move, anew=True):
