@@ -3,10 +3,12 @@
 There the skin is no more than a few millimetres off on several sides, and which of them Newton steps find jumps from
 one place to the next; contact that follows can get stuck, since no step lowers its energy. So what a step begins with
 in a web is as deep, for this step, as W^(1/3) tells, by the slope that it has there: a depth whose gradient is the
-normal times the slope now over the slope then.
+normal times the slope now over the slope then. Not while a garment is forced on, deep in the body at first.
 """
 
 import taichi as ti
+
+from taichi_tryon.contact import offset
 
 # in a web W^(1/3) changes by less than this [1/m], and the skin is nearer than that [m], to first order with a slope of
 # LEAST [1/m] at least
@@ -22,7 +24,7 @@ class Webs:
         ``begins``, and only where the group is ``alone``, as between two cloth is held off both."""
         if begins == 1:
             self.web[s] = 0.0
-        entered = begins == 1 and alone and gap < 0.0
+        entered = begins == 1 and alone and gap < 0.0 and self.last[None] >= offset.FIRM
         if entered or self.web[s] > 0.0:
             density, gradient, group = self.body.query(point)
             root, steepness = ti.max(density, 0.0) ** (1.0 / 3.0), gradient.norm()
