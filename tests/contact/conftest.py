@@ -61,6 +61,17 @@ class Felt:
         self._gather()
         return self.f.to_numpy()
 
+    def slopes(self, positions, eps: float, seed: int = 1) -> tuple[float, float]:
+        """Slope [J/m] of the energy along a random direction: by the forces, and by central differences."""
+        force = self.at(positions)
+        assert np.abs(force).max() > 0
+        direction = np.random.default_rng(seed).normal(size=positions.shape)
+        energies = []
+        for sign in (1, -1):
+            self.at(positions + sign * eps * direction)
+            energies.append(self.law.energy())
+        return -(force * direction).sum(), (energies[0] - energies[1]) / (2 * eps)
+
 
 @pytest.fixture(scope="session")
 def make_felt(samples, cloth):
