@@ -19,6 +19,8 @@ from taichi_tryon.view.mesh import vertex_normals
 FALLING = 0.8
 # conjugate gradients that take this part of the iterations allowed, in the mean, are mostly cut short
 CUT_SHORT = 0.9
+# cloth deeper in the body than this [m] is not worn as it should be
+DEEP = 1e-3
 # steps in which most scenes settle; times the limit, a net force with which some would be content
 ENOUGH_STEPS, NEARLY = 200, 10
 
@@ -93,9 +95,10 @@ def explain(
     }
     if phase != "settle":
         seen["step_s"] = _short(progress.dt)
-    if rests:
-        seen["depth_mm"] = _short(_depths(there)[vertex] / MM)
-    advice = [*(_inside() if rests else _floating(scene, garments, inspections))]
+    depth = _depths(there)[vertex]
+    if inside := rests or depth > DEEP:
+        seen["depth_mm"] = _short(depth / MM)
+    advice = [*(_inside() if inside else _floating(scene, garments, inspections))]
     if limbs := meeting(there.positions[vertex]):
         advice.append(f"a pose that keeps {' and '.join(limbs)} apart, which run into each other there")
     if not advice and phase == "settle" and rounding > scene.settle.residual:
@@ -130,7 +133,7 @@ def _depths(seen: Inspection) -> np.ndarray:
 
 
 def _inside():
-    """Cloth rests in the body."""
+    """Cloth is in the body."""
     yield "a start further off the body there"
     yield "a longer motion or slower holds, if body or holds were led through the cloth"
 

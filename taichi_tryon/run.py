@@ -17,7 +17,7 @@ from taichi_tryon import STARTED, runtime
 from taichi_tryon import progress as progress_report
 from taichi_tryon.body.meeting import meeting
 from taichi_tryon.errors import InputError, Interrupted, NoStep, RunError, TryonError
-from taichi_tryon.failure import Failure, explain
+from taichi_tryon.failure import DEEP, Failure, explain
 from taichi_tryon.figures import fit_lines
 from taichi_tryon.observe import Observer
 from taichi_tryon.output import checkpoint, folder, report
@@ -34,8 +34,6 @@ from taichi_tryon.units import CM, MM
 
 # what a checkpoint holds beside the simulation's own state
 RECORDED = ("frame_index", "skin_pose", "skin_frame", "next_frame")
-# cloth that rests deeper in the body [m] is not worn as it should be
-DEEP = 1e-3
 # how a warning of cloth in the body ends that has no way out
 MEETING = "run into each other"
 EXIT_CODES = {"settled": 0, "finished": 0, "failed": 3, "interrupted": 130}
@@ -198,6 +196,8 @@ class _Run:
         force = f"net force {p.residual:.2e} of the weight, limit {limit:g}"
         if (rounding := self.simulation.rounding()) > limit:
             force += f"; rounding of positions alone makes {rounding:.2e}"
+        if inside := self._inside()[0]:
+            force += f"; {inside}"
         return "failed", f"not settled after settle.max_steps: {force}"
 
     def _inside(self) -> tuple[str, bool]:
@@ -208,7 +208,7 @@ class _Run:
         if depths[deepest] == 0:
             return "", False
         at = simulation.stepper.x.to_numpy()[cloth.triangles[deepest]].mean(axis=0)
-        told = f"cloth rests {depths[deepest] / MM:.2g} mm inside the body"
+        told = f"cloth is {depths[deepest] / MM:.2g} mm inside the body"
         if limbs := self._meeting(at):
             return f"{told} where {' and '.join(limbs)} {MEETING}", False
         parts = zip(cloth.parts, simulation.setup.garments, strict=True)

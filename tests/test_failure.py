@@ -95,6 +95,13 @@ def test_of_cloth_that_rests_in_the_body_the_spot_is_the_deepest(scene):
     assert failure.seen["depth_mm"] == 2.0 and failure.advice[0] == "a start further off the body there"
 
 
+def test_of_cloth_that_cannot_come_out_of_the_body_the_depth_is_told(scene):
+    failure = found(scene, DONE, [0.06] * 20, depths=(0.0, 5e-3))
+    assert failure.at_cm == (12.3, 5.0) and failure.seen["depth_mm"] == 5.0
+    assert failure.advice[0] == "a start further off the body there" and "longer motion" in failure.advice[1]
+    assert "depth_mm" not in found(scene, DONE, [0.06] * 20, depths=(0.0, 5e-4)).seen
+
+
 def test_a_force_that_is_not_a_number_is_worst(scene):
     assert found(scene, DONE, forces=(0, np.nan, 0, 1)).at_cm == (10.0, 0.0)
 

@@ -307,11 +307,11 @@ MEETS, LIES = " where a and b run into each other", ", in cone, panel back, at [
 @pytest.mark.parametrize(("depth", "limbs", "said"), [(0.0, "ab", None), (9e-4, None, LIES), (2e-3, "ab", MEETS)])
 def test_cloth_that_rests_in_the_body_is_told(resting, depth, limbs, said):
     told, deep = resting(depth, limbs)._inside()
-    assert told == (f"cloth rests {1000 * depth:.2g} mm inside the body{said}" if said else "") and not deep
+    assert told == (f"cloth is {1000 * depth:.2g} mm inside the body{said}" if said else "") and not deep
 
 
 def test_cloth_that_rests_deep_in_the_body_is_no_result(resting):
-    assert resting(0.06, None)._inside() == (f"cloth rests 60 mm inside the body{LIES}", True)
+    assert resting(0.06, None)._inside() == (f"cloth is 60 mm inside the body{LIES}", True)
 
 
 @pytest.fixture

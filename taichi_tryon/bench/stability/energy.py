@@ -28,10 +28,6 @@ SHEET = ("garments.0.sheet.size_cm=[30, 50]", "mesh.edge_length_mm=100")
 # a second, by 0.13 % at 240, by 0.02 % at 480; at 120 with tolerances of 1e-10 by 0.08 %, and with bending by constant
 # curvature by 0.10 %. Over a minute, in which the sheet breaks into waves, 480 miss the limit, and so do 960
 STEPS = {"backward_euler": 60, "tr_bdf2": 480}
-STEPS = {"backward_euler": 60, "tr_bdf2": 480}
-STEPS = {"backward_euler": 60, "tr_bdf2": 480}
-STEPS = {"backward_euler": 60, "tr_bdf2": 480}
-STEPS = {"backward_euler": 60, "tr_bdf2": 480}
 LEADING = "motion=[{pose: {name: there, translation_cm: [20, 0, 0]}, duration_s: 1}]"
 DRAPE = ("mesh.edge_length_mm=62.5", "drape.duration_s=1", "garments.0.fabric.damping_time_s=0.005", LEADING)
 SOLVED = ("solver.newton_tolerance=1e-4", "solver.max_newton_iterations=100", "solver.linear_tolerance=1e-4",

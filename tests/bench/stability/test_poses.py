@@ -70,10 +70,10 @@ def test_how_a_drape_ended(report, kind):
 def test_cloth_between_limbs_that_overlap_is_told_and_not_counted():
     quality = {"penetration_mm": 5.0, "crossing_triangle_pairs": 2}
     report = {"status": "settled", "reason": "net force 1e-3 of the weight", "quality": quality}
-    between = "cloth rests 5 mm inside the body where leg_l and leg_r run into each other"
+    between = "cloth is 5 mm inside the body where leg_l and leg_r run into each other"
     outcome = poses.judged({**report, "warnings": ["pose 'a': knee beyond its range", between]})
     assert outcome == Outcome("settled", f"{report['reason']}; {between}", {"crossing_triangle_pairs": 2})
-    elsewhere = poses.judged({**report, "warnings": ["cloth rests 5 mm inside the body, in top, panel back"]})
+    elsewhere = poses.judged({**report, "warnings": ["cloth is 5 mm inside the body, in top, panel back"]})
     assert elsewhere.figures == quality
 
 
