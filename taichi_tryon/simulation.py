@@ -1,4 +1,4 @@
-"""The course of a simulation: dress, drape, move, settle, one step at a time."""
+"""The course of a simulation: dress, lay, drape, move, settle, one step at a time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from taichi_tryon import fields, kernel_loops
 from taichi_tryon.body.absent import AbsentField
 from taichi_tryon.body.field import BodyField
-from taichi_tryon.contact.raising import SHALLOW
+from taichi_tryon.contact.raising import FURTHER
 from taichi_tryon.errors import NoStep
 from taichi_tryon.setup import Setup
 from taichi_tryon.solver.implicit import ImplicitStep
@@ -17,10 +17,10 @@ from taichi_tryon.solver.settings import StepResult, StepSettings
 from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 
-PHASES = ("dress", "drape", "move", "settle")
-# dressing is over when no vertex moves further in so many steps running [m], for what is stopped by a fold may go on,
-# or after so many steps
-DRESSED_MOVE, CALM_STEPS, DRESS_STEPS = 1e-3, 3, 24
+PHASES = ("dress", "lay", "drape", "move", "settle")
+# dressing, and laying, are over when no vertex moves further in so many steps running [m], for what is stopped by a
+# fold may go on, or after so many steps
+DRESSED_MOVE, CALM_STEPS, DRESS_STEPS, LAY_STEPS = 1e-3, 3, 24, 8
 # the linear tolerance of dressing, whose way matters little: ten times less takes as many steps
 DRESSING_TOLERANCE = 0.1
 # that of settling, whose end does not depend on it: five times less takes as many steps, and half as many iterations
@@ -57,14 +57,14 @@ class Progress:
     residual: float = np.inf
     moved: float = 0.0  # [m], the farthest that the last step took a vertex
     lifts: int = 0
-    lifting: bool = False  # whether the next step of settling holds cloth further off
 
 
 class Simulation:
     """Steps a Setup from the dressed start to the worn shape; Taichi has been started.
 
     dress: steps without inertia and friction, in which the forced garment takes its own shape, so that nothing of the
-    force sticks to the body; hands hold up what is ``held_up``; drape: it falls into place; move: body and holds go
+    force sticks to the body; hands hold up what is ``held_up``; lay: steps alike, in which the body gives way no more
+    and what is in it is put out, so that it sets nothing in motion; drape: it falls into place; move: body and holds go
     through their motions; settle: steps without inertia and of growing length, until the net force on the free vertices
     is below ``settle.residual`` of the weight. Phases in which a scene has nothing to do are left out.
     """
@@ -83,8 +83,9 @@ class Simulation:
             scheme=solver.scheme,
         )
         inside = solver.max_newton_inside or GET_OUT * solver.max_newton_iterations
-        self._moving = replace(few, max_newton_inside=inside)
+        self._moving = replace(few, max_newton_inside=inside, puts_out=True)
         self._dressing = replace(few, linear_tolerance=max(DRESSING_TOLERANCE, few.linear_tolerance))
+        self._laying = replace(self._dressing, max_newton_inside=inside, puts_out=True)
         self._settling = replace(
             few,
             tolerance=SETTLED * scene.settle.residual,
@@ -139,6 +140,8 @@ class Simulation:
         p, scene = self.progress, self.scene
         if p.phase == "dress":
             return min(1.0, p.phase_steps / DRESS_STEPS)
+        if p.phase == "lay":
+            return min(1.0, p.phase_steps / LAY_STEPS)
         if p.phase == "drape":
             return p.phase_time / max(scene.drape.duration_s, 1e-9)
         if p.phase == "move":
@@ -178,7 +181,7 @@ class Simulation:
 
     def _try_step(self) -> StepResult:
         p = self.progress
-        still = p.phase in ("dress", "settle")
+        still = p.phase not in ("drape", "move")
         dt = p.dt
         if p.phase == "drape":
             dt = min(dt, max(self.scene.drape.duration_s - p.phase_time, 1e-6))
@@ -220,23 +223,23 @@ class Simulation:
     def _place_held(self) -> None:
         """Hold where the paths are now."""
         p, end = self.progress, self.setup.end_time
-        time = {"dress": 0.0, "drape": 0.0, "move": p.phase_time}.get(p.phase, end)
+        time = {"settle": end, "move": p.phase_time}.get(p.phase, 0.0)
         self.stepper.place_held(self.setup.holds.targets(time))
 
     def _set_forces(self) -> None:
         """What acts in the present phase, and how exactly it is solved."""
         phase, scene = self.progress.phase, self.scene
-        settings = {"dress": self._dressing, "settle": self._settling}
+        settings = {"dress": self._dressing, "lay": self._laying, "settle": self._settling}
         self.stepper.settings = settings.get(phase, self._moving)
-        self.stepper.contact.friction[None] = scene.contact.friction * (phase != "dress")
+        forced = phase in ("dress", "lay")
+        self.stepper.contact.friction[None] = scene.contact.friction * (not forced)
         self.stepper.contact.firm(phase != "dress")
-        self._set_looks()
         if self.stepper.rubbing:
-            self.stepper.rubbing.coefficient[None] = scene.contact.layers.friction * (phase != "dress")
+            self.stepper.rubbing.coefficient[None] = scene.contact.layers.friction * (not forced)
         # in the fabric too; its anchors wait where the garment lay flat, whatever way it was forced
-        self.stepper.elastic.rub(phase != "dress")
+        self.stepper.elastic.rub(not forced)
         bears = np.ones(self.setup.cloth.vertex_count)
-        if phase == "dress":
+        if forced:
             for part, garment in zip(self.setup.cloth.parts, self.setup.garments, strict=True):
                 # a sheet waits where it was placed
                 bears[part.vertices] = garment.spec.sheet is None and not garment.spec.dressing.held_up
@@ -260,21 +263,18 @@ class Simulation:
         p, scene = self.progress, self.scene
         if p.phase == "dress":
             return p.calm_steps >= CALM_STEPS or p.phase_steps >= DRESS_STEPS
+        if p.phase == "lay":
+            return min(p.calm_steps, p.phase_steps) >= CALM_STEPS or p.phase_steps >= LAY_STEPS
         if p.phase == "drape":
             return p.phase_time >= scene.drape.duration_s - 1e-9
         if p.phase == "move":
             return p.phase_time >= self.setup.end_time - 1e-9
         with self.clock("solve"):
             p.residual = self.stepper.balance()
-        p.lifting = self.settled and p.lifts < LIFTS and self.stepper.contact.pierced()
-        p.lifts += p.lifting
-        self._set_looks()
-        return (self.settled and not p.lifting) or p.phase_steps >= scene.settle.max_steps
-
-    def _set_looks(self) -> None:
-        """While cloth settles, how far off it is held must stay, or it never rests."""
-        looks = {"dress": 0.0, "settle": SHALLOW * self.progress.lifting}
-        self.stepper.contact.looks = looks.get(self.progress.phase, np.inf)
+        # while cloth settles, how far off it is held must stay, or it never rests
+        lifted = self.settled and p.lifts < LIFTS and self.stepper.contact.lift(FURTHER) > 0.0
+        p.lifts += lifted
+        return (self.settled and not lifted) or p.phase_steps >= scene.settle.max_steps
 
     def _next_phase(self) -> None:
         p = self.progress
@@ -291,10 +291,13 @@ class Simulation:
 
     def _needed(self, phases: tuple[str, ...]) -> str:
         """The first of the phases that this scene has anything to do in, "done" where none has."""
+        dressed = any(garment.spec.dressing for garment in self.setup.garments)
+        falls, moves = self.scene.drape.duration_s > 0, self.setup.end_time > 0
         needed = {
-            "dress": any(garment.spec.dressing for garment in self.setup.garments),
-            "drape": self.scene.drape.duration_s > 0,
-            "move": self.setup.end_time > 0,
+            "dress": dressed,
+            "lay": dressed and (falls or moves),
+            "drape": falls,
+            "move": moves,
             "settle": self.scene.settle.max_steps > 0,
         }
         return next((phase for phase in phases if needed[phase]), "done")

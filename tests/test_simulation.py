@@ -17,7 +17,7 @@ from taichi_tryon.runtime import Device
 from taichi_tryon.scene.load import load_scene
 from taichi_tryon.scene.models import SceneSpec
 from taichi_tryon.setup import prepare
-from taichi_tryon.simulation import Simulation
+from taichi_tryon.simulation import PHASES, Simulation
 from taichi_tryon.solver.settings import StepResult
 from taichi_tryon.timing import Stopwatch
 
@@ -61,14 +61,14 @@ def course(simulation, begin):
 
 def test_phases_follow_each_other(course):
     phases = [row[0] for row in course]
-    assert list(dict.fromkeys(phases)) == ["dress", "drape", "settle"]  # nothing moves: the motion is left out
-    assert phases == sorted(phases, key=["dress", "drape", "settle"].index)
+    assert list(dict.fromkeys(phases)) == ["dress", "lay", "drape", "settle"]  # nothing moves: the motion is left out
+    assert phases == sorted(phases, key=PHASES.index)
     assert course[-1][1] == "done"
 
 
 def test_dry_friction_begins_where_dressing_ends_and_remembers_flat_cloth(simulation, course):
-    dressing = [state for before, after, _, state in course if after == "dress"]
-    worn = next(state for before, after, _, state in course if before == "dress" and after == "drape")
+    dressing = [state for before, after, _, state in course if after in ("dress", "lay")]
+    worn = next(state for before, after, _, state in course if before == "lay" and after == "drape")
     for name in ("bend_anchors", "shear_anchors"):
         assert not any(state[name].any() for state in dressing)
         # what is bent or sheared by more than the reach has slipped, the rest holds on to flat cloth
@@ -99,7 +99,7 @@ def test_steps_are_as_short_as_the_local_error_asks(simulation, begin, monkeypat
 
     monkeypatch.setattr(simulation.stepper, "step", spy)
     simulation.restore(begin)
-    while simulation.progress.phase in ("dress", "drape"):
+    while simulation.progress.phase in ("dress", "lay", "drape"):
         simulation.advance()
     drape = [(dt, result) for phase, dt, result in tried if phase == "drape"]
     done = [(dt, result.error) for dt, result in drape if result.accepted]
@@ -283,11 +283,13 @@ def test_sheets_that_start_deep_in_the_body_come_out_on_their_own_side(make_cone
         assert (np.sign(positions[part.vertices, 1] - 1) == np.sign(y - 100)).all(), name
 
 
-def test_a_body_at_2_m_s_takes_a_hanging_sheet_along_and_stays_outside_of_it(make_cone_scene):
-    """A ball of radius 15 cm goes half a metre within 0.375 s, at 2 m/s in the middle of its way."""
+@pytest.mark.parametrize("radii", [(15, 15, 15), (42, 3, 3)], ids=["ball", "limb"])
+def test_a_body_at_2_m_s_takes_a_hanging_sheet_along_and_stays_outside_of_it(make_cone_scene, radii):
+    """A ball of radius 15 cm, or a limb 6 cm thick, goes half a metre within 0.375 s, at 2 m/s half way."""
     data = make_cone_scene()
+    data["body"]["balls"]["ball"]["radii_cm"] = [radius * 2**0.5 for radius in radii]
     fabric = data.pop("garments")[0]["fabric"]
-    sheet = {"size_cm": [40, 40], "origin_cm": [-20, 80, 0], "mesh": "regular"}
+    sheet = {"size_cm": [40, 40], "origin_cm": [-20, 80, 0]}
     data["garments"] = [{"name": "sheet", "fabric": fabric, "sheet": sheet, "holds": {"top": {"edge": "top"}}}]
     data["pose"]["translation_cm"] = [0, 0, -30]
     there = {"name": "there", "translation_cm": [0, 0, 20]}
@@ -301,8 +303,8 @@ def test_a_body_at_2_m_s_takes_a_hanging_sheet_along_and_stays_outside_of_it(mak
         depths.append(observer.probe.look()[0].max())
         pressed += simulation.stepper.contact.pressures().any()
     seen, _ = observer.inspect()
-    assert pressed > 50 and max(depths) < 2e-4
-    assert seen.positions[:, 2].max() > 0.3
+    assert pressed > 50 and max(depths) == 0.0
+    assert seen.positions[:, 2].max() > 0.2
     assert max(np.abs(seen.strains[f"strain_{way}_percent"]).max() for way in ("warp", "weft")) < 5
 
 

@@ -55,10 +55,10 @@ class BodyContact(Raising, Sticking, Webs):
         self.firm()
         # of the friction spring: stiffness [N/m], greatest force [N], and the part of stiffness along the way it slips
         self.stick, self.limit, self.along = (ti.field(float, shape=room) for _ in range(3))
-        # from the skin, and how much further off than the thickness it is held
-        self.gap, self.raised, self.depth = (ti.field(float, shape=room) for _ in range(3))
-        # so much of what it is raised by is since cloth was found in the body: so far, and at the end of the last step
-        self.further, self.kept, self.found = (ti.field(float, shape=room) for _ in range(3))
+        self.gap, self.depth = (ti.field(float, shape=room) for _ in range(2))
+        # how much further off than the thickness it is held: since the skin bulges (0: not known yet); since
+        # cloth was found in the body, now; and from the next stage of a step on
+        self.bulge, self.further, self.kept, self.found = (ti.field(float, shape=room) for _ in range(4))
         self.triangles = len(samples.of_triangle)
         self.of_triangle = tables.vectors(samples.of_triangle) if self.triangles else None
         self.normal, self.drag, self.slip, self.load = (ti.Vector.field(3, float, shape=room) for _ in range(4))
@@ -79,10 +79,8 @@ class BodyContact(Raising, Sticking, Webs):
         self.entry_start, self.entry = tables.scalars(start), tables.scalars(entries[order])
         tables.fill()
         self.sums, self.corners = fields.sums(2), np.empty((fields.CHUNKS, 6))
-        # how deep [m] cloth may be that each step looks for in the body, between the samples; 0: it does not look
-        self.looks = np.inf
-        # greatest depth [m] of a sample below the offset where the energy was last asked for
-        self.deepest = 0.0
+        # how deep [m] a sample is in the body where the energy was last asked for, at most
+        self.inside = 0.0
 
     @ti.func
     def _at(self, field: ti.template(), s: int):
@@ -121,7 +119,7 @@ class BodyContact(Raising, Sticking, Webs):
     @ti.func
     def _beside(self, s: int):
         """Depth of sample s below the offset of the next group, and how much that faces the nearest, 0 to 1."""
-        depth, share = ti.max(self.thickness[None] + self.raised[s] - self.gap_beside[s], 0.0), ti.cast(0.0, float)
+        depth, share = ti.max(self.thickness[None] + self._raised(s) - self.gap_beside[s], 0.0), ti.cast(0.0, float)
         if depth > 0.0:
             share = between.facing(self.normal[s], self.normal_beside[s])
         return depth, share
@@ -217,6 +215,8 @@ class BodyContact(Raising, Sticking, Webs):
                     self.known[s] += 1
                 else:
                     self._look(s, point, travelled, awake, begins)
+                self._arch(s, point, begins)
+                self._press(s)
                 if self.depth[s] > 0.0:
                     if ti.static(self.rubs):
                         self._drag(s, point, moves)
@@ -233,11 +233,8 @@ class BodyContact(Raising, Sticking, Webs):
         self.looked[s] += 1
         if awake:
             self.seen[s], self.until[s] = point, -1.0
-        if gap > reach:
-            self.raised[s] = 0.0
-            if awake:
-                self.until[s], self.web[s] = travelled + self.body.clearance(density) - reach, 0.0
-        self._press(s)
+        if gap > reach and awake:
+            self.until[s], self.web[s] = travelled + self.body.clearance(density) - reach, 0.0
 
     @ti.func
     def _nearest(self, s: int, point, reach: float):
@@ -266,7 +263,7 @@ class BodyContact(Raising, Sticking, Webs):
     @ti.func
     def _press(self, s: int):
         """Depth of sample s below where it is held."""
-        self.depth[s] = ti.max(self.thickness[None] + self.raised[s] - self.gap[s], 0.0)
+        self.depth[s] = ti.max(self.thickness[None] + self._raised(s) - self.gap[s], 0.0)
         if self.depth[s] == 0.0:
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
@@ -280,7 +277,7 @@ class BodyContact(Raising, Sticking, Webs):
 
     def bind(self, first: int, ahead: float):
         """Set friction's stiffness and limit from the present normal forces, and which samples slip; for the ``first``
-        time in a step also how far off the samples are held.
+        time in a stage also how far off the samples are held.
 
         Those whose spring is beyond its limit slip; for the ``first`` time in a step also those that slipped at the end
         of the last one, and those that will, ``ahead`` seconds along the velocity.
@@ -288,12 +285,8 @@ class BodyContact(Raising, Sticking, Webs):
         if self.count == 0:
             return
         if first:
+            self._raise(int(self.body.moves), int(self._begins))
             self._begins = False
-            looks = self.looks > 0.0 and self.triangles > 0
-            self._raise()
-            if looks:
-                self._find()
-            self._lift(self.looks if looks else 0.0, int(self.body.moves))
         if self.rubs:
             self._bind(first, ahead)
 
@@ -315,17 +308,14 @@ class BodyContact(Raising, Sticking, Webs):
     def _part(self):
         """Let no sample be anywhere near the body."""
         for s in range(self.count):
-            self.gap[s], self.raised[s], self.depth[s], self.web[s] = ti.math.inf, 0.0, 0.0, 0.0
+            self.gap[s], self.bulge[s], self.depth[s], self.web[s] = ti.math.inf, 0.0, 0.0, 0.0
             self.load[s] = ti.Vector([0.0, 0.0, 0.0])
 
     def end_step(self):
-        """Keep how far off the samples are held, and the springs' extension, cut to what friction can hold; what has
-        left the body forgets its spring."""
+        """Keep the springs' extension, cut to what friction can hold; what has left the body forgets its spring."""
         self._begins = True
-        if self.count > 0:
-            self.kept.copy_from(self.further)
-            if self.rubs:
-                self._end_step()
+        if self.count > 0 and self.rubs:
+            self._end_step()
 
     @ti.func
     def force(self, i: int):
@@ -365,7 +355,7 @@ class BodyContact(Raising, Sticking, Webs):
             for s in range(low, high):
                 if self.depth[s] > 0.0:
                     one, other, _push, _beside = self._pushes(s)
-                    deepest = ti.max(deepest, ti.cast(one, ti.f64))
+                    deepest = ti.max(deepest, ti.cast(one - self._raised(s) - self.thickness[None], ti.f64))
                     total += (self._stored(one) + self._stored(other)) * self.area[s]
                     if ti.static(self.rubs):
                         total += dry.stored(self.stick[s], self.limit[s], self.drag[s].norm())
@@ -376,13 +366,8 @@ class BodyContact(Raising, Sticking, Webs):
         if self.count == 0:
             return 0.0
         self._sum_energy(self.sums)
-        self.deepest = float(self.sums[:, 1].max())
+        self.inside = float(self.sums[:, 1].max())
         return float(self.sums[:, 0].sum())
-
-    def inside(self) -> float:
-        """How much deeper [m] a sample is than where all of the cloth is outside the skin, at most; 0 where none is. As
-        the energy was last asked for."""
-        return max(self.deepest - self.thickness[None], 0.0)
 
     def pressures(self) -> np.ndarray:
         """Normal pressure on each sample (ns,) [Pa] as last evaluated; 0 out of contact."""

@@ -9,42 +9,60 @@ from taichi_tryon.kernel_loops import shared_if_many
 
 # where the skin bulges, samples are held further off than the contact thickness, by so many times that at most
 HIGHEST = 1.0
+# ... and by this [m] where it does not, which tells that from what is not known
+KNOWN = 1e-12
 # where cloth is found in the body all the same, further off still, so far that at most [m]
 FURTHER = 1.5e-3
 # how far apart [m] it is looked for; how far outside it is to come, and may be before samples are let down again
 LOOK, SPARE, CLEAR = 2e-3, 1e-4, 2e-4
-# what rests deeper in the body than this [m] is held there, and would be so further off
-SHALLOW = FURTHER
 
 
 class Raising:
     """What a ``BodyContact`` does so; all fields are its own."""
 
-    def pierced(self) -> bool:
-        """Whether cloth that touches the body is in it somewhere, by a dense look, no deeper than ``SHALLOW``."""
+    def lift(self, most: float, lets_down: bool = True) -> float:
+        """From the next step, or stage of one, on hold the samples further off by as much as the triangles around them
+        are in the body, by a dense look, where that is not more than ``most`` [m]; and less far, where that
+        ``lets_down``, by what they are clear of it. How deep [m] any of the cloth is so in the body, 0 where none is.
+        """
         if not self.triangles:
-            return False
+            return 0.0
         self._find()
-        found = self.found.to_numpy()
-        return bool(((found > 0.0) & (found <= SHALLOW)).any())
+        return self._lift(most, int(lets_down))
 
     @ti.func
     def _reach(self, s: int) -> float:
         """How far off the skin sample s feels it at most."""
         return (1.0 + HIGHEST) * self.thickness[None] + ti.max(self.further[s], self.kept[s])
 
+    @ti.func
+    def _raised(self, s: int) -> float:
+        """How much further off than the contact thickness sample s is held."""
+        return self.bulge[s] + self.further[s]
+
+    @ti.func
+    def _arch(self, s: int, point, begins: int):
+        """How much the skin bulges between sample s and those around it; known where a step ``begins``, or it first
+        comes near, and the same for the rest of the step, also where a way that is tried leaves the skin."""
+        if self.gap[s] <= self._reach(s) and (begins == 1 or self.bulge[s] == 0.0):
+            bulge = self.span[s] * self.body.curvature(point - self.gap[s] * self.normal[s], self.winner[s])
+            self.bulge[s] = ti.math.clamp(bulge, KNOWN, HIGHEST * self.thickness[None])
+
     @ti.kernel
     @shared_if_many
-    def _raise(self):
-        """Hold the samples so far off that the flat triangles around them stay outside of where the skin bulges."""
+    def _raise(self, moves: int, begins: int):
+        """From now on hold the samples as much further off as when the cloth was last looked for; feel the change."""
         for s in range(self.count):
-            self.further[s] = 0.0
             if self.gap[s] <= self._reach(s):
-                t, foot = self.thickness[None], self._at(self.x, s) - self.gap[s] * self.normal[s]
-                bulge = self.span[s] * self.body.curvature(foot, self.winner[s])
-                self.further[s] = self.kept[s]
-                self.raised[s] = ti.math.clamp(bulge, 0.0, HIGHEST * t) + self.further[s]
-                self._press(s)
+                if self.further[s] != self.kept[s]:
+                    self.further[s] = self.kept[s]
+                    self._press(s)
+                    if self.depth[s] > 0.0:
+                        if ti.static(self.rubs):
+                            self._drag(s, self._at(self.x, s), moves)
+                        self._respond(s)
+            elif begins == 1:
+                self.bulge[s] = self.further[s] = self.kept[s] = 0.0
 
     @ti.kernel
     @shared_if_many
@@ -56,7 +74,7 @@ class Raising:
             near, caught, highest = False, False, HIGHEST * self.thickness[None]
             for k in ti.static(range(7)):
                 s = self.of_triangle[t][k]
-                held = self.raised[s] >= highest or self.further[s] > 0.0
+                held = self.bulge[s] >= highest or self.further[s] > 0.0
                 near |= self.depth[s] > 0.0 and (held or self.depth[s] > self.thickness[None])
                 _, share = self._beside(s)
                 caught |= share > 0.0
@@ -82,20 +100,16 @@ class Raising:
         return deepest
 
     @ti.kernel
-    @shared_if_many
-    def _lift(self, most: float, moves: int):
-        """Hold the samples further off by as much as the triangles around them are in the body, where that is not more
-        than ``most`` [m], less far by what they are clear of it; feel the change."""
+    def _lift(self, most: float, lets_down: int) -> float:
+        deepest = ti.cast(0.0, float)
         for s in range(self.count):
-            if self.gap[s] <= self._reach(s):
-                found = self.found[s]
-                change = found + SPARE if found > 0.0 else ti.min(found + CLEAR, 0.0)
-                if 0.0 < most and found <= most and change != 0.0:
-                    further = ti.math.clamp(self.further[s] + change, 0.0, FURTHER)
-                    self.raised[s] += further - self.further[s]
-                    self.further[s] = further
-                    self._press(s)
-                if self.depth[s] > 0.0:
-                    if ti.static(self.rubs):
-                        self._drag(s, self._at(self.x, s), moves)
-                    self._respond(s)
+            found, further = self.found[s], self.further[s]
+            if self.gap[s] <= self._reach(s) and found <= most:
+                change = ti.cast(0.0, float)
+                if found > 0.0:
+                    change = found + SPARE
+                elif lets_down == 1:
+                    change = ti.min(found + CLEAR, 0.0)
+                self.kept[s] = ti.math.clamp(further + change, 0.0, FURTHER)
+                ti.atomic_max(deepest, found)
+        return deepest

@@ -9,6 +9,7 @@ of Baraff and Witkin 1998.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import taichi as ti
@@ -18,14 +19,19 @@ from taichi_tryon.cloth.elastic import Elastic
 from taichi_tryon.cloth.model import Cloth
 from taichi_tryon.contact.body import BodyContact
 from taichi_tryon.contact.cloth import ClothContact
+from taichi_tryon.contact.raising import FURTHER
 from taichi_tryon.contact.samples import Samples
 from taichi_tryon.errors import StepFailure
 from taichi_tryon.solver import schemes
 from taichi_tryon.solver.momentum import FreeFlight
-from taichi_tryon.solver.newton import Newton
+from taichi_tryon.solver.newton import Newton, Solution
 from taichi_tryon.solver.potential import Potential
 from taichi_tryon.solver.settings import StepResult, StepSettings
 from taichi_tryon.solver.way import Way
+
+# so often at most a step puts out what it would leave in the body, by so many Newton iterations at most, where it else
+# takes fewer: what is not at rest where it was put is thrown from there
+OUT, OUT_ITERATIONS = 10, 5
 
 
 @ti.data_oriented
@@ -108,6 +114,9 @@ class ImplicitStep:
             self._finish(stage.ahead * dt, stage.beyond, inertia / h)
             self.flight.keep(self)
             self.acceleration_known = inertia > 0.0
+            if self.settings.puts_out:
+                out = self._put_out(1.0 / h, dt * inertia)
+                newton, linear = newton + out.newton_iterations, linear + out.linear_iterations
             self.contact.end_step()
             if self.rubbing:
                 self.rubbing.end_step()
@@ -185,6 +194,31 @@ class ImplicitStep:
             v_ref = self._v_ref(i, ahead, beyond)
             self.v[i] = (self.x[i] - self.x_ref[i]) * inverse_h
             self.a[i] = (self.v[i] - v_ref) * inverse_h
+
+    def _put_out(self, inverse_h: float, ahead: float) -> Solution:
+        """Move the cloth, which keeps its velocities, so that what is in the body between its samples comes out; what
+        that cost."""
+        cost, least, best = Solution(), np.inf, None
+        settings = replace(
+            self.settings, max_newton_iterations=max(OUT_ITERATIONS, self.settings.max_newton_iterations)
+        )
+        for again in range(OUT):
+            inside = self.contact.lift(np.inf, lets_down=not again)
+            if inside == 0.0:
+                return cost
+            if inside >= max(least, FURTHER):
+                # what is held further off has pushed other cloth in, too deep: the next steps will see
+                break
+            if inside < least:
+                best, least = self.x.to_numpy(), inside
+            try:
+                solution = self.newton.minimise(inverse_h, ahead, settings)
+            except StepFailure:
+                break
+            cost.newton_iterations += solution.newton_iterations
+            cost.linear_iterations += solution.linear_iterations
+        fields.upload(self.x, best)
+        return cost
 
     @ti.kernel
     def _restore(self):

@@ -42,7 +42,7 @@ class Leaving:
         """Whether a stage that has taken so many iterations takes one more."""
         if iterations < settings.max_newton_iterations:
             return True
-        inside = self.contact.inside()
+        inside = self.contact.inside
         goes = iterations < settings.max_newton_inside and inside > min(DEEPER * self.stuck, LITTLE)
         if goes and self._first is None:
             self._first = inside

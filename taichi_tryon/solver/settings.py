@@ -12,7 +12,8 @@ class StepSettings:
     tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
     residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
     jumps through a limb. tolerated: part of the stored energy by which the potential may rise where it jumps.
-    max_newton_inside: iterations at most while cloth is in the body, if they are more.
+    max_newton_inside: iterations at most while cloth is in the body, if they are more. puts_out: what a step would
+    leave in the body between the samples of contact is put out.
     """
 
     tolerance: float
@@ -24,6 +25,7 @@ class StepSettings:
     scheme: str = "backward_euler"
     tolerated: float = 0.01
     max_newton_inside: int = 0
+    puts_out: bool = False
 
 
 @dataclass(frozen=True)

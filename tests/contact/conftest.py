@@ -49,9 +49,11 @@ class Felt:
         self.x.from_numpy(positions)
         self.x_start.from_numpy(positions)
         self.v.fill(0.0)
+        self.law.end_step()
         self.law.slip.fill(0.0)
         self.law.friction[None] = FRICTION
         self.law.evaluate()
+        self.law.bind(1, 0.0)
         self.law.bind(0, 0.0)
 
     def at(self, positions) -> np.ndarray:

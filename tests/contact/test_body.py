@@ -43,44 +43,38 @@ def test_what_is_forced_on_is_given_way_to(felt, flat, law, pushes):
 def test_where_the_skin_bulges_samples_are_held_further_off(felt, flat, law, samples):
     """On the top of the ball, of radius 0.1 m, against the floor."""
     felt.start(flat(1.1 + 0.5 * law.thickness))
-    felt.law.bind(1, 0.0)
-    raised, gap = felt.law.raised.to_numpy(), felt.law.gap.to_numpy()
+    bulge, gap = felt.law.bulge.to_numpy(), felt.law.gap.to_numpy()
     near = gap <= 2 * law.thickness
     assert near.sum() > 5
-    assert raised[near] == pytest.approx(samples.spans[near] / 0.1, rel=1e-3)
-    assert felt.law.depth.to_numpy() == pytest.approx(np.maximum(law.thickness + raised - gap, 0), abs=1e-15)
+    assert bulge[near] == pytest.approx(samples.spans[near] / 0.1, rel=1e-3)
+    assert felt.law.depth.to_numpy() == pytest.approx(np.maximum(law.thickness + bulge - gap, 0), abs=1e-15)
     felt.start(flat(law.thickness - DEPTH))
-    felt.law.bind(1, 0.0)
-    assert felt.law.raised.to_numpy() == pytest.approx(0, abs=1e-12)
+    assert felt.law.bulge.to_numpy() == pytest.approx(0, abs=1e-11)
 
 
 @pytest.fixture
 def held(felt, flat):
-    """Starts a step where the piece lies level above, or below, the top of the ball; how much further off than by the
-    skin's curvature each sample is held, and the triangles that touch it."""
+    """Ends a step where the piece lies level above, or below, the top of the ball; how much further off than by the
+    skin's curvature each sample is held from then on. ``felt.law.found`` tells whether it was in the body."""
 
-    def at(height, kept=True) -> np.ndarray:
+    def at(height, most=np.inf) -> np.ndarray:
         felt.start(flat(1.1 + height))
+        at.inside = felt.law.lift(most)
         felt.law.bind(1, 0.0)
-        if kept:
-            felt.law.end_step()
+        felt.law.end_step()
         return felt.law.further.to_numpy()
 
-    looks = felt.law.looks
     yield at
-    felt.law.looks = looks
-    for field in (felt.law.kept, felt.law.further, felt.law.raised):
+    for field in (felt.law.kept, felt.law.further, felt.law.bulge):
         field.fill(0.0)
 
 
 def test_what_is_found_in_the_body_is_held_further_off(held, felt, law, samples):
-    middle = int(np.argmin(felt.law.gap.to_numpy())) if held(-3e-4, kept=False).any() else -1
+    middle = int(np.argmin(felt.law.gap.to_numpy())) if held(-3e-4).any() else -1
     assert felt.law.further.to_numpy()[middle] == pytest.approx(3e-4 + SPARE, abs=1e-6)
     bulge = samples.spans[middle] / 0.1
-    assert felt.law.raised.to_numpy()[middle] == pytest.approx(bulge + 3e-4 + SPARE, rel=1e-2)
+    assert felt.law.bulge.to_numpy()[middle] == pytest.approx(bulge, rel=1e-2)
     assert felt.law.depth.to_numpy()[middle] == pytest.approx(law.thickness + bulge + 6e-4 + SPARE, rel=1e-2)
-    # a step that has not been accepted leaves nothing
-    assert held(-3e-4)[middle] == pytest.approx(3e-4 + SPARE, abs=1e-6)
     assert held(-3e-4)[middle] == pytest.approx(6e-4 + 2 * SPARE, abs=2e-6)
     assert held(-9e-4)[middle] == FURTHER
     # neither in nor clear of it
@@ -91,22 +85,35 @@ def test_what_is_found_in_the_body_is_held_further_off(held, felt, law, samples)
 
 
 def test_clear_of_the_body_nothing_is_held_further_off(held, felt, law):
-    assert held(0.2 * law.thickness).max() == 0
+    assert held(0.2 * law.thickness).max() == 0 and not held.inside
     assert (felt.law.depth.to_numpy() > 0).any()
 
 
-@pytest.mark.parametrize(("looks", "further"), [(0.0, 0.0), (2.9e-4, 0.0), (3.1e-4, 3e-4 + SPARE)])
-def test_what_is_deeper_than_is_looked_for_is_not_held_further_off(held, felt, looks, further):
-    felt.law.looks = looks
-    held_off = held(-3e-4)
+@pytest.mark.parametrize(("most", "further"), [(2.9e-4, 0.0), (3.1e-4, 3e-4 + SPARE)])
+def test_what_is_deeper_than_is_looked_for_is_not_held_further_off(held, felt, most, further):
+    held_off = held(-3e-4, most)
     assert held_off[np.argmin(felt.law.gap.to_numpy())] == pytest.approx(further, abs=1e-6)
 
 
 @pytest.mark.parametrize(("depth", "said"), [(-1e-5, False), (1e-3, True), (2e-3, False)])
-def test_what_rests_a_little_in_the_body_is_told(held, felt, depth, said):
-    felt.law.looks = 0.0
-    held(-depth)
-    assert felt.law.pierced() == said
+def test_whether_cloth_is_in_the_body_is_told(held, depth, said):
+    held(-depth, FURTHER)
+    assert (held.inside > 0) == said
+
+
+def test_what_comes_near_within_a_step_is_raised_as_it_comes(felt, flat, law, samples):
+    """And stays so, for the step, where it is raised less or has left the skin in between."""
+    felt.start(flat(1.2))
+    assert felt.law.bulge.to_numpy().max() == 0.0
+    felt.at(flat(1.1 + law.thickness))
+    bulge = felt.law.bulge.to_numpy()
+    nearest = np.argmin(felt.law.gap.to_numpy())
+    assert bulge[nearest] == pytest.approx(samples.spans[nearest] / 0.1, rel=1e-2)
+    felt.at(flat(1.2))
+    felt.law.bind(1, 0.0)
+    assert np.array_equal(felt.law.bulge.to_numpy(), bulge)
+    felt.start(flat(1.2))
+    assert felt.law.bulge.to_numpy().max() == 0.0
 
 
 def test_off_the_body_nothing_is_felt(felt, flat, law):

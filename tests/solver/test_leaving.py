@@ -28,7 +28,7 @@ def course():
         leaving.begin()
         for iterations in count(1):
             depth = depths[min(iterations, len(depths)) - 1]
-            leaving.contact = SimpleNamespace(inside=lambda depth=depth: depth)
+            leaving.contact = SimpleNamespace(inside=depth)
             if not leaving.goes_on(iterations, limits):
                 break
         leaving.end()

@@ -90,7 +90,7 @@ def _judged(simulation: Simulation, may_refuse: bool) -> Outcome:
         reason, rounding = f"net force {p.residual:.2e} of the weight", simulation.rounding()
         if rounding > simulation.scene.settle.residual:
             return end("refused", f"{reason}, of which rounding of positions alone makes {rounding:.2e}")
-        return end("unsettled", reason)
+        return end("refused" if may_refuse else "unsettled", reason)
     return end("held")
 
 
