@@ -18,6 +18,7 @@ from taichi_tryon.timing import Stopwatch
 from taichi_tryon.units import MM
 
 PHASES = ("dress", "lay", "drape", "move", "settle")
+FORCED = ("dress", "lay")
 # dressing, and laying, are over when no vertex moves further in so many steps running [m], for what is stopped by a
 # fold may go on, or after so many steps
 DRESSED_MOVE, CALM_STEPS, DRESS_STEPS, LAY_STEPS = 1e-3, 3, 24, 8
@@ -151,7 +152,8 @@ class Simulation:
         return 1.0 if p.phase == "done" else 0.0
 
     def advance(self) -> None:
-        """One accepted step. Raises NoStep when the smallest step fails; the last good state is kept."""
+        """One accepted step; where none is found while the garment is forced on, that phase is over. Raises NoStep when
+        the smallest step fails; the last good state is kept."""
         p, least = self.progress, self.scene.solver.min_step_s
         while not (result := self._try_step()).accepted:
             p.rejected += 1
@@ -159,6 +161,10 @@ class Simulation:
                 result = self._try_over_a_jump()
                 if result.accepted:
                     break
+                if p.phase in FORCED and self._following() != "done":
+                    # there is more than one way into a garment: the next phase takes it from here
+                    self._next_phase()
+                    return
                 reason = result.reason or f"no step longer than solver.min_step_s = {least:g} s lowers the energy"
                 raise NoStep(f"{reason}, in phase {p.phase} at {p.time:.4f} s")
         if self._phase_over():
@@ -231,7 +237,7 @@ class Simulation:
         phase, scene = self.progress.phase, self.scene
         settings = {"dress": self._dressing, "lay": self._laying, "settle": self._settling}
         self.stepper.settings = settings.get(phase, self._moving)
-        forced = phase in ("dress", "lay")
+        forced = phase in FORCED
         self.stepper.contact.friction[None] = scene.contact.friction * (not forced)
         self.stepper.contact.firm(phase != "dress")
         if self.stepper.rubbing:
@@ -278,7 +284,7 @@ class Simulation:
 
     def _next_phase(self) -> None:
         p = self.progress
-        p.phase = self._needed(PHASES[PHASES.index(p.phase) + 1 :])
+        p.phase = self._following()
         p.phase_steps, p.phase_time, p.dt = 0, 0.0, self.scene.solver.step_s
         if p.phase == "settle":
             self.field.set_pose(self.transforms)
@@ -288,6 +294,9 @@ class Simulation:
     def _begin_rubbing(self) -> None:
         """Where dry friction begins to act, cloth that lay flat has been bent and sheared to its present shape."""
         self.stepper.elastic.end_step()
+
+    def _following(self) -> str:
+        return self._needed(PHASES[PHASES.index(self.progress.phase) + 1 :])
 
     def _needed(self, phases: tuple[str, ...]) -> str:
         """The first of the phases that this scene has anything to do in, "done" where none has."""

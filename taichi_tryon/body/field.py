@@ -24,6 +24,8 @@ FARTHEST = 1e3
 """No scene is wider [m]."""
 TOLERANCE = 1e-5
 """A Newton step shorter than this [m] is the last; what is left is a third of it at most."""
+ACROSS = 0.5
+"""Cosine of the angle at which the way to the foot of a perpendicular may be to the normal there, at least."""
 
 
 @ti.data_oriented
@@ -261,11 +263,11 @@ class BodyField:
             if step.norm() < TOLERANCE:
                 break
         if turn > 0:
-            found = (x - y).dot(normal)
+            offset, found = x - y, (x - y).dot(normal)
             if deep:  # the way out may be bent, or not ended yet
-                gap = -(x - y).norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
-            elif found * gap < 0 and abs(found) > TOLERANCE:  # another limb's skin, which faces the other way
-                normal = first
+                gap = -offset.norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
+            elif offset.norm() > TOLERANCE and found * ti.math.sign(gap) < ACROSS * offset.norm():
+                normal = first  # no foot below x, or another limb's skin, which faces the other way
             else:
                 gap = found
         return gap, normal, winner, density
