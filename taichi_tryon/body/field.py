@@ -25,7 +25,9 @@ FARTHEST = 1e3
 TOLERANCE = 1e-5
 """A Newton step shorter than this [m] is the last; what is left is a third of it at most."""
 ACROSS = 0.5
-"""Cosine of the angle at which the way to the foot of a perpendicular may be to the normal there, at least."""
+"""Cosine of the angle between the way to a foot of the perpendicular and the normal there, at least."""
+SHORT = 0.1
+"""How far from the skin, over the length of the way, a foot may still be when Newton steps end."""
 
 
 @ti.data_oriented
@@ -264,9 +266,10 @@ class BodyField:
                 break
         if turn > 0:
             offset, found = x - y, (x - y).dot(normal)
+            short = turn == turns and abs(depth) > SHORT * offset.norm()
             if deep:  # the way out may be bent, or not ended yet
                 gap = -offset.norm() - ti.math.clamp(depth, 0, LONGEST_STEP)
-            elif offset.norm() > TOLERANCE and found * ti.math.sign(gap) < ACROSS * offset.norm():
+            elif offset.norm() > TOLERANCE and (short or found * ti.math.sign(gap) < ACROSS * offset.norm()):
                 normal = first  # no foot below x, or another limb's skin, which faces the other way
             else:
                 gap = found

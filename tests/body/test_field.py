@@ -177,6 +177,18 @@ def test_no_skin_is_nearer_than_the_clearance(posed, skin_points):
     assert off == pytest.approx(1 / probe.field.steepest)
 
 
+def test_in_a_web_a_way_that_ends_beside_the_foot_is_no_gap(probe, woman, pose):
+    """In the thin skin of an armpit, where the way along the skin runs off and seems to end right above the point."""
+    transforms = woman.skeleton.transforms(pose("standing"))
+    probe.field.set_pose(transforms)
+    skin, _ = surface_mesh(woman.posed(transforms), 0.006)
+    at = np.array([-0.13477744, 1.1651963, 0.01918086])
+    (depth,), _ = cKDTree(skin).query(at[None])
+    got = probe.ask(at + np.random.default_rng(8).uniform(-1e-4, 1e-4, (COUNT, 3)))
+    assert depth > 5e-3
+    assert (got["distance"] < -2e-3).all()
+
+
 def test_deep_points_find_the_way_out(posed, skin_points):
     """20 mm inside: a usable depth and a normal that leads out for all points of the trunk and thighs."""
     probe, balls = posed
