@@ -19,6 +19,7 @@ from taichi_tryon.errors import InputError
 
 MAX_NODES = 200_000
 MAX_DEPTH = 40
+TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 MAX_BYTES = 16 * 2**20
 LONGEST_KEY = 200
 # keys of a place in a message on how a file is written
@@ -109,6 +110,9 @@ def parse_yaml(text: str, label: str, folder: Path, numbered: bool = True) -> No
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = reader.place(mark.line + 1, mark.column + 1) if mark else label
+        if "nesting depth" in (error.problem or ""):
+            # libyaml's own bound, met where it reads ahead of its events
+            raise reader.fault(place, TOO_DEEP) from None
         context = f" ({error.context})" if error.context else ""
         raise reader.fault(place, f"not valid YAML: {error.problem}{context}") from None
     except yaml.YAMLError as error:
@@ -203,7 +207,7 @@ class _Reader:
         if self._size > MAX_NODES:
             raise self.fault(place, f"more than {MAX_NODES} values, aliases counted as often as they are used")
         if isinstance(event, yaml.CollectionStartEvent) and len(self._stack) >= MAX_DEPTH:
-            raise self.fault(place, f"nested deeper than {MAX_DEPTH} levels")
+            raise self.fault(place, TOO_DEEP)
         self._attach(node, parent)
         if isinstance(event, yaml.CollectionStartEvent):
             self._stack.append(_Open(node, event.anchor, size_before))
