@@ -84,9 +84,9 @@ class Simulation:
             scheme=solver.scheme,
         )
         inside = solver.max_newton_inside or GET_OUT * solver.max_newton_iterations
-        self._moving = replace(few, max_newton_inside=inside, puts_out=True)
+        self._moving = replace(few, max_newton_inside=inside)
         self._dressing = replace(few, linear_tolerance=max(DRESSING_TOLERANCE, few.linear_tolerance))
-        self._laying = replace(self._dressing, max_newton_inside=inside, puts_out=True)
+        self._laying = replace(self._dressing, max_newton_inside=inside)
         self._settling = replace(
             few,
             tolerance=SETTLED * scene.settle.residual,

@@ -44,7 +44,7 @@ SUITES = {
         "cusick",
         "precision",
     ),
-    "pareto": ("cantilever", "hang", "sphere", "sphere_layers", "shirt"),
+    "pareto": ("cheapest", "cantilever", "hang", "sphere", "sphere_layers", "shirt"),
     "skip": (
         "far_samples",
         "far_balls",

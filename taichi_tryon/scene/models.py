@@ -154,7 +154,8 @@ class SolverSpec(Spec):
         ge=1,
         le=800,
         description="Newton iterations a step at most where it would else end with cloth in the body, in drape and "
-        "motion; null: twenty times max_newton_iterations",
+        "motion; no more than max_newton_iterations: it stays there until later steps move it out; null: twenty times "
+        "max_newton_iterations",
     )
     newton_tolerance: float = Field(
         0.05, gt=0, lt=1, description="a step is solved when its out-of-balance force is this part of the weight"

@@ -12,8 +12,7 @@ class StepSettings:
     tolerance: out-of-balance force of the step relative to the weight, 2-norms. linear_tolerance: preconditioned
     residual of the linear solve. longest_move [m]: no vertex goes further in one Newton iteration, so that nothing
     jumps through a limb. tolerated: part of the stored energy by which the potential may rise where it jumps.
-    max_newton_inside: iterations at most while cloth is in the body, if they are more. puts_out: what a step would
-    leave in the body between the samples of contact is put out.
+    max_newton_inside: iterations at most while cloth is in the body, if they are more.
     """
 
     tolerance: float
@@ -25,7 +24,11 @@ class StepSettings:
     scheme: str = "backward_euler"
     tolerated: float = 0.01
     max_newton_inside: int = 0
-    puts_out: bool = False
+
+    @property
+    def puts_out(self) -> bool:
+        """Whether what a step would leave in the body, between the samples of contact, too, is put out at its end."""
+        return self.max_newton_inside > self.max_newton_iterations
 
 
 @dataclass(frozen=True)

@@ -229,6 +229,17 @@ def test_a_step_goes_on_while_cloth_is_in_the_body(stepper, level, contact):
     assert went[20][1] == 0.0 < went[0][1]
 
 
+def test_what_is_to_take_no_iteration_more_puts_nothing_out(stepper, level, contact, monkeypatch):
+    """Cloth that comes down on a ball within a step, which one iteration leaves in it."""
+    few, looked = replace(stepper.settings, max_newton_iterations=1), []
+    monkeypatch.setattr(stepper.contact, "lift", lambda *most, **lets: looked.append(most) or 0.0)
+    for most, looks in ((1, 0), (2, 1)):
+        stepper.settings = replace(few, max_newton_inside=most)
+        put(stepper, level(1.1 + 1e-3), [0, -1.0, 0])
+        assert stepper.step(DT).accepted
+        assert len(looked) == looks
+
+
 def test_two_runs_give_the_same_bits(stepper, level):
     """Falling on the ball at the speeds and tolerances of a real run."""
     stepper.settings = replace(stepper.settings, tolerance=0.05, max_newton_iterations=2, linear_tolerance=1e-2)

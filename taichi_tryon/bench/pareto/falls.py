@@ -60,6 +60,21 @@ FEW_PEERS = (PeerSetting(1), PeerSetting(5))
 Run = tuple[Setting | PeerSetting, Track]
 
 
+def tracks(
+    problem: Problem, settings: Sequence[Setting | PeerSetting]
+) -> Iterator[tuple[Setting | PeerSetting, dict, Track | None]]:
+    """Runs with each setting, and what records call them; no track where the simulation fails."""
+    for setting in settings:
+        own = isinstance(setting, Setting)
+        where = {**problem.parameters, "simulator": OURS if own else peer.version(), "setting": setting.name}
+        if not own and problem.fabric != "isotropic":
+            where["solved"] = "an isotropic sheet instead"
+        try:
+            yield setting, where, apart(ours.run if own else peer.run, problem, setting)
+        except RunError:
+            yield setting, where, None
+
+
 def records(
     problem: Problem,
     settings: Sequence[Setting],
@@ -71,14 +86,8 @@ def records(
     simulation fails there is only that."""
     reference = falling(problem, per_second)
     yield compare.doubt(problem.scene, {**problem.parameters, "simulator": OURS}, reference)
-    for setting in (*settings, *peers):
-        own = isinstance(setting, Setting)
-        where = {**problem.parameters, "simulator": OURS if own else peer.version(), "setting": setting.name}
-        if not own and problem.fabric != "isotropic":
-            where["solved"] = "an isotropic sheet instead"
-        try:
-            track = apart(ours.run if own else peer.run, problem, setting)
-        except RunError:
+    for setting, where, track in tracks(problem, (*settings, *peers)):
+        if track is None:
             yield told(problem.scene, where, "failed", "1", 1, 0.0)
             continue
         if runs is not None:

@@ -41,10 +41,10 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
             of = problem(count, fabric, seconds)
             yield from falls.records(of, settings, others if peers else (), per_second, runs)
             if peers and fabric == "isotropic":
-                yield from _faster(of, runs, per_second)
+                yield from faster(of, runs, per_second)
 
 
-def _faster(of: Problem, runs: list[Run], per_second: int) -> Iterator[Record]:
+def faster(of: Problem, runs: list[Run], per_second: int) -> Iterator[Record]:
     """Against each of a peer's settings: those of our own that err by no more."""
     right = falling(of, per_second).track.positions
     found = [(setting, distance(track.positions, right), track) for setting, track in runs]

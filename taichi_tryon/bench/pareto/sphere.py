@@ -48,10 +48,11 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
             of = problem(count, fabric, 0.5) if quick else problem(count, fabric)
             yield from falls.records(of, settings, others if peers else (), per_second, runs)
             if peers and fabric == "table1":
-                yield from _faster(of, runs)
+                yield from faster(of, runs)
 
 
-def _faster(of: Problem, runs: list[Run]) -> Iterator[Record]:
+def faster(of: Problem, runs: list[Run]) -> Iterator[Record]:
+    """Against each of a peer's settings: those of our own that are exact."""
     exact = [track for setting, track in runs if isinstance(setting, Setting) and is_exact(track)]
     for setting, track in runs:
         if isinstance(setting, PeerSetting):

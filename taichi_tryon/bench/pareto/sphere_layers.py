@@ -11,16 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from taichi_tryon.bench.apart import apart
-from taichi_tryon.bench.pareto import compare, falls, ours, peer, sphere
-from taichi_tryon.bench.pareto.falls import AS_IS, COARSE, OURS, solver
+from taichi_tryon.bench.pareto import compare, falls, peer, sphere
+from taichi_tryon.bench.pareto.falls import AS_IS, COARSE, solver
 from taichi_tryon.bench.pareto.ours import Setting
 from taichi_tryon.bench.pareto.peer import PeerSetting
 from taichi_tryon.bench.pareto.problem import Problem
 from taichi_tryon.bench.pareto.track import Track
 from taichi_tryon.bench.record import Record, absolute, told
-from taichi_tryon.errors import RunError
-from taichi_tryon.units import MM
 
 CASE = "sphere_layers"
 SETTINGS = (AS_IS, solver(**COARSE))
@@ -41,12 +38,10 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
         peer.require()
     of = problem(*(QUICK if quick else COUNT))
     runs = []
-    for setting in (*SETTINGS, *(PeerSetting(steps) for steps in TIMES_FASTER if peers)):
+    others = [PeerSetting(steps) for steps in TIMES_FASTER] if peers else []
+    for setting, where, track in falls.tracks(of, (*SETTINGS, *others)):
         own = isinstance(setting, Setting)
-        where = {**of.parameters, "simulator": OURS if own else peer.version(), "setting": setting.name}
-        try:
-            track = apart(ours.run if own else peer.run, of, setting)
-        except RunError:
+        if track is None:
             yield absolute(CASE, where, "failed", "1", 1, 0, 0 if own else None, 0.0)
             continue
         runs.append((setting, track))
@@ -62,12 +57,8 @@ def records(quick: bool, peers: bool = False) -> Iterator[Record]:
 def figures(where: dict, track: Track, own: bool) -> Iterator[Record]:
     """Times, crossings, strain and depth of a run; only our own crossings are judged."""
     wall = float(track.wall_s)
-    for clock, name in compare.COSTS.items():
-        yield told(CASE, where, name, falls.UNIT, compare.cost(track, clock), wall)
+    yield from compare.times(CASE, where, track, falls.UNIT)
     worst = track.crossings.max()
     yield absolute(CASE, where, "crossing_triangle_pairs_worst_frame", "1", worst, 0, 0 if own else None, wall)
     yield told(CASE, where, "crossing_triangle_pairs_at_end", "1", track.crossings[-1], wall)
-    yield told(CASE, where, "strain_p99_at_end", "%", 100 * track.strain[-1], wall)
-    yield told(CASE, where, "strain_p99_worst_frame", "%", 100 * track.strain.max(), wall)
-    yield told(CASE, where, "penetration_at_end", "mm", track.depth[-1] / MM, wall)
-    yield told(CASE, where, "penetration_worst_frame", "mm", track.depth.max() / MM, wall)
+    yield from compare.state(CASE, where, track)

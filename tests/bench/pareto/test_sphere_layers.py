@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tryon.bench.pareto import ours, peer, sphere_layers
+from taichi_tryon.bench.pareto import falls, ours, peer, sphere_layers
 from taichi_tryon.bench.pareto.falls import AS_IS, COARSE, solver
 from taichi_tryon.bench.pareto.peer import PeerSetting
 from taichi_tryon.bench.pareto.track import Track
@@ -29,7 +29,7 @@ def found(monkeypatch):
                 raise RunError("none is short enough")
             return tracks[setting.name]
 
-        monkeypatch.setattr(sphere_layers, "apart", run)
+        monkeypatch.setattr(falls, "apart", run)
         return list(sphere_layers.records(quick, peers))
 
     return of
